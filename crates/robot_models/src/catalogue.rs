@@ -1,0 +1,401 @@
+//! The catalogue of robots: data files, read and checked.
+//!
+//! A model is a TOML file under `data/`, built into the program; [`RobotModel::from_toml`] reads
+//! one that a user wrote. Lengths are metres; degrees are allowed in the file only.
+
+use geometry::{Base, Polygon, Se2, Sensor, Transform2, Vec2};
+use serde::Deserialize;
+
+use crate::drive::{DriveGeometry, DriveLimits};
+
+/// The files of the built-in models.
+const FILES: [&str; 2] =
+    [include_str!("../data/pioneer3dx.toml"), include_str!("../data/peoplebot.toml")];
+
+/// A kind of robot: what all robots of the kind share.
+#[derive(Clone, Debug)]
+pub struct RobotModel {
+    /// The name in missions, such as `pioneer3dx`.
+    pub name: String,
+    /// The name for people, such as `Pioneer 3-DX`.
+    pub title: String,
+    /// Class that its firmware reports, such as `Pioneer`.
+    pub arcos_class: String,
+    /// Subclass that its firmware reports, from which client libraries take their parameters.
+    pub arcos_subclass: String,
+    /// Wheels and encoders.
+    pub drive: DriveGeometry,
+    /// Greatest speeds and starting accelerations.
+    pub limits: DriveLimits,
+    /// Outline in the base frame, convex, counter-clockwise, metres.
+    pub footprint: Polygon,
+    /// Radius that stands for the body where a circle is enough, metres.
+    pub radius_m: f64,
+    /// Its sonars, in the order of their numbers.
+    pub sonars: Vec<SonarMount>,
+}
+
+/// Where one sonar sits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SonarMount {
+    /// Pose of the sensor (x along its axis) in the base frame.
+    pub base_from_sensor: Transform2<Base, Sensor>,
+}
+
+/// A name that is not in the catalogue.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unknown robot model `{name}`: the catalogue has {known}")]
+pub struct UnknownModel {
+    /// What was asked for.
+    pub name: String,
+    /// The names there are, as prose.
+    pub known: String,
+}
+
+/// A model file that cannot be used.
+#[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// Not the TOML that a model is.
+    #[error("{0}")]
+    Syntax(#[from] toml::de::Error),
+    /// A number outside its range.
+    #[error("{key} = {value}: must be {requirement}")]
+    Range {
+        /// The key in the file.
+        key: String,
+        /// What it says.
+        value: f64,
+        /// What it must be, as prose.
+        requirement: &'static str,
+    },
+    /// The outline is no simple polygon.
+    #[error("footprint_m: {0}")]
+    Footprint(#[from] geometry::PolygonError),
+    /// The outline is not convex at a corner.
+    #[error("footprint_m: must be convex, but turns inwards at corner {corner} ({x_m}, {y_m}) m")]
+    NotConvex {
+        /// Index of the corner in the outline, which may be reversed to run counter-clockwise.
+        corner: usize,
+        /// Its place, metres.
+        x_m: f64,
+        /// Its place, metres.
+        y_m: f64,
+    },
+    /// Sonars are numbered from 0 without gaps.
+    #[error("sonars: entry {index} has number {number}: numbers must run from 0 without gaps")]
+    SonarNumber {
+        /// Position in the file.
+        index: usize,
+        /// Its number.
+        number: usize,
+    },
+}
+
+impl RobotModel {
+    /// The built-in model with that name.
+    ///
+    /// ```
+    /// let model = robot_models::RobotModel::by_name("pioneer3dx")?;
+    /// assert_eq!(model.sonars.len(), 16);
+    /// # Ok::<(), robot_models::UnknownModel>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`UnknownModel`], which lists the names there are.
+    pub fn by_name(name: &str) -> Result<Self, UnknownModel> {
+        let catalogue = Self::catalogue();
+        let known: Vec<String> = catalogue.iter().map(|m| format!("`{}`", m.name)).collect();
+        catalogue
+            .into_iter()
+            .find(|model| model.name == name)
+            .ok_or_else(|| UnknownModel { name: name.to_owned(), known: known.join(", ") })
+    }
+
+    /// All built-in models.
+    pub fn catalogue() -> Vec<Self> {
+        // A test reads every file, so none is dropped here.
+        FILES.iter().filter_map(|text| Self::from_toml(text).ok()).collect()
+    }
+
+    /// Reads a model file.
+    ///
+    /// # Errors
+    ///
+    /// [`ModelError`], naming the key, the value and what it must be.
+    pub fn from_toml(text: &str) -> Result<Self, ModelError> {
+        let file: ModelFile = toml::from_str(text)?;
+        file.check_ranges()?;
+        let corners = file.footprint_m.iter().map(|&[x, y]| Vec2::new(x, y)).collect();
+        let footprint = Polygon::new(corners)?;
+        check_convex(&footprint)?;
+        let sonars = file.sonars.iter().enumerate().map(|(index, sonar)| sonar.mount(index));
+        Ok(Self {
+            sonars: sonars.collect::<Result<_, _>>()?,
+            footprint,
+            name: file.name,
+            title: file.title,
+            arcos_class: file.arcos_class,
+            arcos_subclass: file.arcos_subclass,
+            drive: DriveGeometry {
+                wheelbase_m: file.drive.wheelbase_m,
+                wheel_diameter_m: file.drive.wheel_diameter_m,
+                encoder_ticks_per_turn: file.drive.encoder_ticks_per_turn,
+                gear_ratio: file.drive.gear_ratio,
+            },
+            limits: DriveLimits {
+                speed_max_mps: file.limits.speed_max_mps,
+                turn_rate_max_radps: file.limits.turn_rate_max_degps.to_radians(),
+                acceleration_max_mps2: file.limits.acceleration_mps2,
+                turn_acceleration_max_radps2: file.limits.turn_acceleration_degps2.to_radians(),
+            },
+            radius_m: file.radius_m,
+        })
+    }
+
+    /// Distance from the base's origin to the farthest corner of the footprint, metres.
+    pub fn bounding_radius_m(&self) -> f64 {
+        self.footprint.corners().iter().map(Vec2::norm).fold(0.0, f64::max)
+    }
+}
+
+/// A model file as written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ModelFile {
+    name: String,
+    title: String,
+    arcos_class: String,
+    arcos_subclass: String,
+    radius_m: f64,
+    footprint_m: Vec<[f64; 2]>,
+    drive: DriveFile,
+    limits: LimitsFile,
+    #[serde(default)]
+    sonars: Vec<SonarFile>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DriveFile {
+    wheelbase_m: f64,
+    wheel_diameter_m: f64,
+    encoder_ticks_per_turn: f64,
+    gear_ratio: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LimitsFile {
+    speed_max_mps: f64,
+    turn_rate_max_degps: f64,
+    acceleration_mps2: f64,
+    turn_acceleration_degps2: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SonarFile {
+    number: usize,
+    x_m: f64,
+    y_m: f64,
+    azimuth_deg: f64,
+}
+
+impl ModelFile {
+    fn check_ranges(&self) -> Result<(), ModelError> {
+        let (drive, limits) = (&self.drive, &self.limits);
+        let checks = [
+            ("radius_m", self.radius_m, 0.01, 5.0, "from 0.01 to 5 m"),
+            ("drive.wheelbase_m", drive.wheelbase_m, 0.01, 5.0, "from 0.01 to 5 m"),
+            ("drive.wheel_diameter_m", drive.wheel_diameter_m, 0.005, 2.0, "from 0.005 to 2 m"),
+            (
+                "drive.encoder_ticks_per_turn",
+                drive.encoder_ticks_per_turn,
+                1.0,
+                1e6,
+                "from 1 to 1000000",
+            ),
+            ("drive.gear_ratio", drive.gear_ratio, 0.01, 10_000.0, "from 0.01 to 10000"),
+            ("limits.speed_max_mps", limits.speed_max_mps, 0.01, 20.0, "from 0.01 to 20 m/s"),
+            (
+                "limits.turn_rate_max_degps",
+                limits.turn_rate_max_degps,
+                1.0,
+                3600.0,
+                "from 1 to 3600 deg/s",
+            ),
+            (
+                "limits.acceleration_mps2",
+                limits.acceleration_mps2,
+                0.001,
+                100.0,
+                "from 0.001 to 100 m/s²",
+            ),
+            (
+                "limits.turn_acceleration_degps2",
+                limits.turn_acceleration_degps2,
+                0.1,
+                36_000.0,
+                "from 0.1 to 36000 deg/s²",
+            ),
+        ];
+        for (key, value, min, max, requirement) in checks {
+            if !(min..=max).contains(&value) {
+                return Err(ModelError::Range { key: key.to_owned(), value, requirement });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl SonarFile {
+    fn mount(&self, index: usize) -> Result<SonarMount, ModelError> {
+        if self.number != index {
+            return Err(ModelError::SonarNumber { index, number: self.number });
+        }
+        let numbers = [
+            ("x_m", self.x_m, 5.0, "from -5 to 5 m"),
+            ("y_m", self.y_m, 5.0, "from -5 to 5 m"),
+            ("azimuth_deg", self.azimuth_deg, 360.0, "from -360 to 360 deg"),
+        ];
+        for (key, value, limit, requirement) in numbers {
+            if !(-limit..=limit).contains(&value) {
+                let key = format!("sonars[{index}].{key}");
+                return Err(ModelError::Range { key, value, requirement });
+            }
+        }
+        let pose = Se2::new(self.x_m, self.y_m, self.azimuth_deg.to_radians());
+        Ok(SonarMount { base_from_sensor: Transform2::new(pose) })
+    }
+}
+
+fn check_convex(footprint: &Polygon) -> Result<(), ModelError> {
+    let corners = footprint.corners();
+    let n = corners.len();
+    for i in 0..n {
+        let (before, here, after) = (corners[(i + n - 1) % n], corners[i], corners[(i + 1) % n]);
+        if (here - before).perp(&(after - here)) < 0.0 {
+            return Err(ModelError::NotConvex { corner: i, x_m: here.x, y_m: here.y });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use expect_test::{Expect, expect};
+
+    fn pioneer() -> RobotModel {
+        RobotModel::by_name("pioneer3dx").unwrap()
+    }
+
+    #[test]
+    fn every_built_in_file_is_read() {
+        for text in FILES {
+            RobotModel::from_toml(text).unwrap();
+        }
+        let names: Vec<String> = RobotModel::catalogue().into_iter().map(|m| m.name).collect();
+        assert_eq!(names, ["pioneer3dx", "peoplebot"]);
+    }
+
+    /// Figures of the robots' public parameter files.
+    #[test]
+    fn the_pioneer_is_the_pioneer() {
+        let model = pioneer();
+        let bounds = model.footprint.bounds();
+        assert_eq!(model.arcos_subclass, "p3dx-sh");
+        assert_eq!((bounds.max.x, bounds.min.x), (0.210, -0.301));
+        assert_eq!((bounds.max.y, bounds.min.y), (0.2125, -0.2125));
+        assert!((model.radius_m - 0.25).abs() < 1e-12);
+        assert!((model.drive.wheelbase_m - 0.38).abs() < 1e-12);
+        assert!((model.limits.speed_max_mps - 2.2).abs() < 1e-12);
+        assert!((model.limits.turn_rate_max_radps - 8.7266).abs() < 1e-4);
+        let third = model.sonars[3].base_from_sensor.se2();
+        assert_eq!((third.x_m, third.y_m), (0.166, 0.027));
+        assert!((third.yaw_rad - 10.0_f64.to_radians()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_peoplebot_has_the_same_wheels_and_a_second_pair_of_rings() {
+        let model = RobotModel::by_name("peoplebot").unwrap();
+        assert_eq!(model.drive, pioneer().drive);
+        assert_eq!(model.sonars[..16], pioneer().sonars[..]);
+        assert_eq!(model.sonars.len(), 32);
+        let place = |i: usize| model.sonars[i].base_from_sensor.se2();
+        assert_eq!((place(16).x_m, place(28).x_m), (-0.020, -0.290));
+        assert!((model.footprint.bounds().size().x - 0.513).abs() < 1e-9);
+    }
+
+    #[test]
+    fn rings_are_mirror_images_and_lie_inside_the_footprint() {
+        for model in RobotModel::catalogue() {
+            let n = model.sonars.len();
+            for ring in (0..n).step_by(8) {
+                for i in 0..4 {
+                    let one = model.sonars[ring + i].base_from_sensor.se2();
+                    let other = model.sonars[ring + 7 - i].base_from_sensor.se2();
+                    assert_eq!((one.x_m, one.y_m), (other.x_m, -other.y_m), "{ring} {i}");
+                    let sum = geometry::wrap_to_pi(one.yaw_rad + other.yaw_rad);
+                    assert!(sum.abs() < 1e-9, "{ring} {i}");
+                }
+            }
+            for mount in &model.sonars {
+                let place = mount.base_from_sensor.se2().position();
+                assert!(model.footprint.contains(place), "{} {place}", model.name);
+            }
+            assert!(model.bounding_radius_m() < 0.36);
+        }
+    }
+
+    fn check(text: &str, expected: &Expect) {
+        let outcome = RobotModel::from_toml(text).map_or_else(|e| e.to_string(), |m| m.title);
+        expected.assert_eq(&outcome);
+    }
+
+    #[test]
+    fn wrong_files_are_refused_with_the_key_and_what_it_must_be() {
+        let good = FILES[0];
+        check(good, &expect!["Pioneer 3-DX"]);
+        check(
+            &good.replace("wheelbase_m = 0.380", "wheelbase_m = -1.0"),
+            &expect!["drive.wheelbase_m = -1: must be from 0.01 to 5 m"],
+        );
+        check(
+            &good.replace("gear_ratio = 38.3", "gear_ratio = nan"),
+            &expect!["drive.gear_ratio = NaN: must be from 0.01 to 10000"],
+        );
+        check(
+            &good.replace("number = 5\n", "number = 6\n"),
+            &expect!["sonars: entry 5 has number 6: numbers must run from 0 without gaps"],
+        );
+        check(
+            &good.replace("azimuth_deg = 50", "azimuth_deg = 500"),
+            &expect!["sonars[1].azimuth_deg = 500: must be from -360 to 360 deg"],
+        );
+        check(
+            &good.replace("[0.210, 0.120]", "[0.0, 0.0]"),
+            &expect!["footprint_m: must be convex, but turns inwards at corner 1 (0, 0) m"],
+        );
+        check(
+            &good.replace("title", "titel"),
+            &expect![[r#"
+                TOML parse error at line 6, column 1
+                  |
+                6 | titel = "Pioneer 3-DX"
+                  | ^^^^^
+                unknown field `titel`, expected one of `name`, `title`, `arcos_class`, `arcos_subclass`, `radius_m`, `footprint_m`, `drive`, `limits`, `sonars`
+            "#]],
+        );
+    }
+
+    #[test]
+    fn an_unknown_name_is_answered_with_the_known_ones() {
+        assert_eq!(
+            RobotModel::by_name("khepera").unwrap_err().to_string(),
+            "unknown robot model `khepera`: the catalogue has `pioneer3dx`, `peoplebot`"
+        );
+    }
+}

@@ -1,0 +1,20 @@
+//! How small wheeled robots move, count their wheels, and lose their way doing so.
+//!
+//! Differential-drive kinematics ([`DriveGeometry`], [`ramp`]), encoders and dead reckoning
+//! ([`Encoder`], [`Odometry`]), the errors that make dead reckoning drift ([`OdometryErrors`],
+//! [`Drivetrain`]), how uncertain it therefore is ([`PoseCovariance`]), and the catalogue of
+//! robots as data ([`RobotModel`]).
+//!
+//! Equation numbers are those of Susnea (c. 2009), doctoral thesis, Univ. Galati ("the thesis").
+
+mod catalogue;
+mod covariance;
+mod drive;
+mod drivetrain;
+mod odometry;
+
+pub use catalogue::{ModelError, RobotModel, SonarMount, UnknownModel};
+pub use covariance::{OdometryNoise, PoseCovariance, UncertaintyEllipse};
+pub use drive::{BodyVelocity, DriveGeometry, DriveLimits, WheelSpeeds, WheelTravel, ramp};
+pub use drivetrain::{Drivetrain, Encoder, ErrorRange, OdometryErrors};
+pub use odometry::{Odometry, OdometryRule};

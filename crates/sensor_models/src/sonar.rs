@@ -1,0 +1,566 @@
+//! A sonar: a cone of sound, the nearest echo that is strong enough, and all that goes wrong.
+//!
+//! Rays fan out over the cone. Each that hits a surface has an echo whose strength is the beam's
+//! sensitivity at its angle, times what the material sends back at that incidence, times the
+//! fluctuation of the ping. The receiver's threshold grows with range. The nearest echo above it
+//! is the reading. Beyond the critical angle a smooth surface sends (almost) nothing back; the
+//! sound goes on as from a mirror and may return from elsewhere by the same way: a ghost, too far.
+//!
+//! Use it for one ping at a time; a map that wants likelihoods needs an inverse model instead.
+//! The thesis names the error (Fig. 6.5) without a model; this one is ours.
+
+use std::f64::consts::FRAC_PI_2;
+
+use geometry::{Ray, RayCaster, Se2};
+use rand_core::Rng;
+use rand_distr::{Distribution, StandardNormal};
+use run_context::RandomStream;
+
+use crate::material::Material;
+
+/// A mirrored ray starts this far off the surface (m), or it would hit that surface again.
+const OFF_THE_MIRROR_M: f64 = 1e-6;
+
+/// The properties of one kind of sonar. [`Default`] is the Pioneer's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SonarModel {
+    /// Nearer echoes are reported as this range, metres.
+    pub range_min_m: f64,
+    /// Farther echoes are not heard, metres; also the reading when nothing came back.
+    pub range_max_m: f64,
+    /// Half of the cone's opening, radians, up to π/4.
+    pub half_angle_rad: f64,
+    /// Rays per cone, at least 1; odd, so that one runs along the axis.
+    pub n_rays: usize,
+    /// Strength that an echo needs at the greatest range, in units of a wall's on the axis; it
+    /// falls linearly to zero with the range. From 0 (hears everything) to 10.
+    pub threshold_ratio: f64,
+    /// Sensitivity at the edge of the cone relative to the axis, from 0 (excluded) to 1.
+    pub edge_sensitivity_ratio: f64,
+    /// Standard deviation of the range that does not depend on it, metres.
+    pub range_std_m: f64,
+    /// Standard deviation of the range per metre of range, a ratio.
+    pub range_std_ratio: f64,
+    /// Standard deviation of the natural logarithm of an echo's strength from ping to ping.
+    pub strength_std_ratio: f64,
+    /// Probability that a mirrored ray is followed to a ghost.
+    pub ghost_prob: f64,
+    /// Probability that a ping hears nothing although an echo came.
+    pub dropout_prob: f64,
+    /// Probability that a ping hears another sensor instead: a uniform range up to the true one.
+    pub crosstalk_prob: f64,
+}
+
+/// What one ping returned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Echo {
+    /// The reading, metres, from `range_min_m` to `range_max_m`; the latter when nothing came back.
+    pub range_m: f64,
+    /// Why it is what it is.
+    pub cause: EchoCause,
+    /// Truth, for whoever judges: distance to the nearest surface in the cone, metres, at most
+    /// `range_max_m`.
+    pub nearest_in_cone_m: f64,
+}
+
+/// Why a reading is what it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EchoCause {
+    /// The echo of a surface in the cone.
+    Direct,
+    /// No surface in the cone within range.
+    Nothing,
+    /// A surface was there, but its echo was too weak or went elsewhere; the reading is the
+    /// greatest range or a ghost.
+    Specular,
+    /// An echo came and was missed.
+    Dropout,
+    /// Nearer than the sensor can measure.
+    TooClose,
+    /// Another sensor's sound.
+    Crosstalk,
+}
+
+/// A setting of [`SonarModel`] outside its range.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{key} = {value}: must be {requirement}")]
+pub struct ModelRange {
+    /// The field.
+    pub key: &'static str,
+    /// What it is.
+    pub value: f64,
+    /// What it must be, as prose.
+    pub requirement: &'static str,
+}
+
+impl Default for SonarModel {
+    /// The Pioneer's ring: 0.15 to 5 m, ±15 degrees, about a centimetre and a percent.
+    fn default() -> Self {
+        Self {
+            range_min_m: 0.15,
+            range_max_m: 5.0,
+            half_angle_rad: 15.0_f64.to_radians(),
+            n_rays: 9,
+            threshold_ratio: 1.0,
+            edge_sensitivity_ratio: 0.1,
+            range_std_m: 0.005,
+            range_std_ratio: 0.005,
+            strength_std_ratio: 0.25,
+            ghost_prob: 0.5,
+            dropout_prob: 0.01,
+            crosstalk_prob: 0.001,
+        }
+    }
+}
+
+impl SonarModel {
+    /// A sonar without any error: the nearest surface in its cone, exactly, whatever it is made of.
+    pub fn ideal() -> Self {
+        Self {
+            threshold_ratio: 0.0,
+            edge_sensitivity_ratio: 1.0,
+            range_std_m: 0.0,
+            range_std_ratio: 0.0,
+            strength_std_ratio: 0.0,
+            ghost_prob: 0.0,
+            dropout_prob: 0.0,
+            crosstalk_prob: 0.0,
+            ..Self::default()
+        }
+    }
+
+    /// Refuses settings outside the ranges that the fields state.
+    ///
+    /// # Errors
+    ///
+    /// [`ModelRange`] for the first such setting; NaN is outside every range.
+    pub fn checked(self) -> Result<Self, ModelRange> {
+        let n_rays = self.n_rays as f64;
+        let checks = [
+            ("range_min_m", self.range_min_m, 0.0, 100.0, "from 0 to 100 m"),
+            ("range_max_m", self.range_max_m, self.range_min_m, 100.0, "from range_min_m to 100 m"),
+            ("half_angle_rad", self.half_angle_rad, 0.0, 0.5 * FRAC_PI_2, "from 0 to 0.785 rad"),
+            ("n_rays", n_rays, 1.0, 999.0, "from 1 to 999"),
+            ("threshold_ratio", self.threshold_ratio, 0.0, 10.0, "from 0 to 10"),
+            (
+                "edge_sensitivity_ratio",
+                self.edge_sensitivity_ratio,
+                1e-6,
+                1.0,
+                "from 0.000001 to 1",
+            ),
+            ("range_std_m", self.range_std_m, 0.0, 1.0, "from 0 to 1 m"),
+            ("range_std_ratio", self.range_std_ratio, 0.0, 1.0, "from 0 to 1"),
+            ("strength_std_ratio", self.strength_std_ratio, 0.0, 10.0, "from 0 to 10"),
+            ("ghost_prob", self.ghost_prob, 0.0, 1.0, "from 0 to 1"),
+            ("dropout_prob", self.dropout_prob, 0.0, 1.0, "from 0 to 1"),
+            ("crosstalk_prob", self.crosstalk_prob, 0.0, 1.0, "from 0 to 1"),
+        ];
+        for (key, value, min, max, requirement) in checks {
+            if !(min..=max).contains(&value) {
+                return Err(ModelRange { key, value, requirement });
+            }
+        }
+        Ok(self)
+    }
+
+    /// Fires once from `world_from_sensor` (x along the axis) into `scene`, whose tags are indices
+    /// into `materials` (a tag beyond the list takes the first).
+    ///
+    /// Casts at most two rays per ray of the cone; does not allocate.
+    ///
+    /// # Panics
+    ///
+    /// When `materials` is empty.
+    pub fn ping(
+        &self,
+        world_from_sensor: Se2,
+        scene: &impl RayCaster,
+        materials: &[Material],
+        rng: &mut RandomStream,
+    ) -> Echo {
+        assert!(!materials.is_empty(), "a scene has at least one material");
+        // Every ping draws the same numbers in the same order, whatever it meets.
+        let fate = Fate::draw(rng, self.strength_std_ratio);
+        let heard = self.listen(world_from_sensor, scene, materials, &fate);
+        let echo = |range_m: f64, cause| Echo { range_m, cause, nearest_in_cone_m: heard.truth_m };
+
+        if fate.crosstalk < self.crosstalk_prob {
+            let end_m = heard.nearest_m.min(self.range_max_m);
+            let range_m = self.range_min_m + fate.where_to * (end_m - self.range_min_m).max(0.0);
+            return echo(range_m, EchoCause::Crosstalk);
+        }
+        if heard.nearest_m > self.range_max_m {
+            let lost = heard.truth_m < self.range_max_m;
+            let cause = if lost { EchoCause::Specular } else { EchoCause::Nothing };
+            return echo(self.range_max_m, cause);
+        }
+        if fate.dropout < self.dropout_prob {
+            return echo(self.range_max_m, EchoCause::Dropout);
+        }
+        let std_m = self.range_std_m + self.range_std_ratio * heard.nearest_m;
+        let measured_m = heard.nearest_m + std_m * fate.range_gauss;
+        if measured_m < self.range_min_m {
+            return echo(self.range_min_m, EchoCause::TooClose);
+        }
+        let cause = if heard.is_ghost { EchoCause::Specular } else { EchoCause::Direct };
+        echo(measured_m.min(self.range_max_m), cause)
+    }
+
+    /// Looks along every ray and keeps the nearest echo that is strong enough.
+    fn listen(
+        &self,
+        world_from_sensor: Se2,
+        scene: &impl RayCaster,
+        materials: &[Material],
+        fate: &Fate,
+    ) -> Heard {
+        let origin = world_from_sensor.position();
+        let mut heard =
+            Heard { nearest_m: f64::INFINITY, is_ghost: false, truth_m: self.range_max_m };
+        for i in 0..self.n_rays {
+            let (angle_rad, off_axis_ratio) = self.ray_angle(i);
+            let direction = Se2::new(0.0, 0.0, world_from_sensor.yaw_rad + angle_rad).heading();
+            let ray = Ray { origin, direction };
+            let Some(hit) = scene.cast(&ray, self.range_max_m) else { continue };
+            heard.truth_m = heard.truth_m.min(hit.distance_m);
+
+            // Sensitivity falls as a Gaussian that reaches its edge value at the edge.
+            let beam = self.edge_sensitivity_ratio.powf(off_axis_ratio * off_axis_ratio);
+            let sent = beam * fate.strength;
+            let material = material(materials, hit.tag);
+            let cosine = (-hit.normal.dot(&direction)).clamp(0.0, 1.0);
+            let threshold = self.threshold_at(hit.distance_m);
+            if sent * material.returned_ratio(cosine) >= threshold {
+                heard.offer(hit.distance_m, false);
+            } else if fate.ghost < self.ghost_prob {
+                let mirrored = direction + 2.0 * cosine * hit.normal;
+                let at = origin + hit.distance_m * direction + OFF_THE_MIRROR_M * hit.normal;
+                let on = Ray { origin: at, direction: mirrored };
+                self.listen_on(&on, hit.distance_m, sent, (scene, materials), &mut heard);
+            }
+        }
+        heard
+    }
+
+    /// Follows a mirrored ray one surface further; the echo returns by the way it came.
+    fn listen_on(
+        &self,
+        ray: &Ray,
+        behind_m: f64,
+        sent: f64,
+        (scene, materials): (&impl RayCaster, &[Material]),
+        heard: &mut Heard,
+    ) {
+        let Some(hit) = scene.cast(ray, self.range_max_m - behind_m) else { return };
+        let distance_m = behind_m + hit.distance_m;
+        let cosine = (-hit.normal.dot(&ray.direction)).clamp(0.0, 1.0);
+        let returned = sent * material(materials, hit.tag).returned_ratio(cosine);
+        if returned >= self.threshold_at(distance_m) {
+            heard.offer(distance_m, true);
+        }
+    }
+
+    /// Strength that an echo from `distance_m` needs to be heard.
+    fn threshold_at(&self, distance_m: f64) -> f64 {
+        self.threshold_ratio * distance_m / self.range_max_m
+    }
+
+    /// Angle of ray `i` to the axis (rad), and that angle over the half angle (−1 to 1).
+    fn ray_angle(&self, i: usize) -> (f64, f64) {
+        if self.n_rays == 1 {
+            return (0.0, 0.0);
+        }
+        let ratio = 2.0 * i as f64 / (self.n_rays - 1) as f64 - 1.0;
+        (ratio * self.half_angle_rad, ratio)
+    }
+}
+
+impl Material {
+    /// Part of the sound that comes back to the sender, for the cosine of the incidence.
+    fn returned_ratio(&self, cosine: f64) -> f64 {
+        if cosine >= self.specular_from_rad.cos() {
+            self.reflectivity_ratio
+        } else {
+            self.diffuse_ratio * cosine
+        }
+    }
+}
+
+/// The nearest echo so far.
+struct Heard {
+    nearest_m: f64,
+    is_ghost: bool,
+    truth_m: f64,
+}
+
+impl Heard {
+    fn offer(&mut self, distance_m: f64, is_ghost: bool) {
+        if distance_m < self.nearest_m {
+            self.nearest_m = distance_m;
+            self.is_ghost = is_ghost;
+        }
+    }
+}
+
+/// Everything random about one ping.
+struct Fate {
+    strength: f64,
+    range_gauss: f64,
+    crosstalk: f64,
+    where_to: f64,
+    dropout: f64,
+    ghost: f64,
+}
+
+impl Fate {
+    fn draw(rng: &mut RandomStream, strength_std_ratio: f64) -> Self {
+        let strength_gauss: f64 = StandardNormal.sample(rng);
+        Self {
+            strength: (strength_std_ratio * strength_gauss).exp(),
+            range_gauss: StandardNormal.sample(rng),
+            crosstalk: uniform(rng),
+            where_to: uniform(rng),
+            dropout: uniform(rng),
+            ghost: uniform(rng),
+        }
+    }
+}
+
+fn material(materials: &[Material], tag: u32) -> &Material {
+    materials.get(tag as usize).unwrap_or(&materials[0])
+}
+
+/// Uniform in [0, 1), 53 bits.
+fn uniform(rng: &mut RandomStream) -> f64 {
+    (rng.next_u64() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
+}
+
+#[cfg(test)]
+#[expect(clippy::float_cmp, reason = "clamped readings are exactly the limits")]
+mod tests {
+    use super::*;
+    use crate::material::materials;
+    use geometry::{Segment, SegmentWorld, Vec2};
+    use proptest::prelude::*;
+    use run_context::RunSeed;
+
+    const PLASTER: u32 = 0;
+    const GLASS: u32 = 2;
+    const FABRIC: u32 = 3;
+
+    /// A long wall whose foot from the sensor at the origin is `distance_m` away in the direction
+    /// `normal_deg` from the axis.
+    fn wall(distance_m: f64, normal_deg: f64, tag: u32) -> SegmentWorld {
+        SegmentWorld::new([wall_segment(distance_m, normal_deg, tag)])
+    }
+
+    fn wall_segment(distance_m: f64, normal_deg: f64, tag: u32) -> (Segment, u32) {
+        let turn = Se2::new(0.0, 0.0, normal_deg.to_radians());
+        let end = |side_m| turn.transform_point(Vec2::new(distance_m, side_m));
+        (Segment { a: end(-50.0), b: end(50.0) }, tag)
+    }
+
+    fn pings(model: &SonarModel, scene: &SegmentWorld, n: usize) -> Vec<Echo> {
+        let mut rng = RunSeed(11).stream("sonar");
+        (0..n).map(|_| model.ping(Se2::IDENTITY, scene, materials(), &mut rng)).collect()
+    }
+
+    /// No noise and no beam shape, but surfaces that mirror.
+    fn honest() -> SonarModel {
+        SonarModel { threshold_ratio: 1.0, ..SonarModel::ideal() }
+    }
+
+    fn ping(model: &SonarModel, scene: &SegmentWorld) -> Echo {
+        pings(model, scene, 1)[0]
+    }
+
+    #[test]
+    fn an_ideal_sonar_measures_a_wall_exactly() {
+        for distance_m in [0.15, 0.2, 1.0, 4.999] {
+            let echo = ping(&SonarModel::ideal(), &wall(distance_m, 0.0, PLASTER));
+            assert!((echo.range_m - distance_m).abs() < 1e-9, "{echo:?}");
+            assert_eq!(echo.cause, EchoCause::Direct);
+        }
+    }
+
+    #[test]
+    fn readings_are_clamped_at_both_ends() {
+        let near = ping(&SonarModel::ideal(), &wall(0.1, 0.0, PLASTER));
+        assert_eq!((near.range_m, near.cause), (0.15, EchoCause::TooClose));
+        let far = ping(&SonarModel::ideal(), &wall(5.01, 0.0, PLASTER));
+        assert_eq!((far.range_m, far.cause), (5.0, EchoCause::Nothing));
+        assert_eq!(far.nearest_in_cone_m, 5.0);
+        // Noise does not carry a reading past the end.
+        let noisy = SonarModel { range_std_m: 0.5, ..SonarModel::ideal() };
+        for echo in pings(&noisy, &wall(4.9, 0.0, PLASTER), 200) {
+            assert!((0.15..=5.0).contains(&echo.range_m), "{echo:?}");
+        }
+    }
+
+    proptest! {
+        /// Geometry worked out by hand: the cone's ray closest to the wall's normal decides.
+        #[test]
+        fn the_nearest_surface_in_the_cone_is_the_truth(
+            distance_m in 0.2..4.0, normal_deg in -70.0..70.0,
+        ) {
+            let model = SonarModel { n_rays: 301, ..SonarModel::ideal() };
+            let echo = ping(&model, &wall(distance_m, normal_deg, FABRIC));
+            let off_deg = (normal_deg.abs() - 15.0).max(0.0);
+            let expected = (distance_m / off_deg.to_radians().cos()).min(5.0);
+            prop_assert!((echo.nearest_in_cone_m - expected).abs() < 0.002 * expected, "{echo:?}");
+        }
+
+        /// Without beam shape and fluctuation, a smooth wall is heard up to its critical angle
+        /// beyond the cone's edge, and not a degree more.
+        #[test]
+        fn a_smooth_wall_vanishes_beyond_its_critical_angle(normal_deg in -44.0..44.0) {
+            let model = SonarModel { n_rays: 301, ..honest() };
+            let echo = ping(&model, &wall(1.0, normal_deg, GLASS));
+            let critical_deg = materials()[GLASS as usize].specular_from_rad.to_degrees() + 15.0;
+            prop_assume!((normal_deg.abs() - critical_deg).abs() > 0.2);
+            let heard = normal_deg.abs() < critical_deg;
+            let cause = if heard { EchoCause::Direct } else { EchoCause::Specular };
+            prop_assert_eq!(echo.cause, cause);
+            prop_assert_eq!(echo.range_m < 5.0, heard);
+            prop_assert!(echo.nearest_in_cone_m < 2.0, "the truth knows the wall: {:?}", echo);
+        }
+
+        /// Left and right are alike.
+        #[test]
+        fn mirrored_scenes_give_mirrored_truth(d in 0.2..4.0, normal_deg in 0.0..60.0) {
+            let model = honest();
+            let left = ping(&model, &wall(d, normal_deg, PLASTER));
+            let right = ping(&model, &wall(d, -normal_deg, PLASTER));
+            prop_assert_eq!(left.cause, right.cause);
+            prop_assert!((left.range_m - right.range_m).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn rough_walls_are_heard_where_smooth_ones_are_not() {
+        let model = SonarModel { n_rays: 1, ..honest() };
+        let cause = |normal_deg, tag| ping(&model, &wall(1.0, normal_deg, tag)).cause;
+        assert_eq!(cause(50.0, FABRIC), EchoCause::Direct);
+        assert_eq!(cause(50.0, GLASS), EchoCause::Specular);
+        assert_eq!(cause(5.0, GLASS), EchoCause::Direct);
+    }
+
+    #[test]
+    fn plaster_beyond_its_angle_is_heard_only_from_near() {
+        // 12 % · cos 60° of 5 m: 30 cm along the axis, and no farther.
+        let model = SonarModel { n_rays: 1, ..honest() };
+        let at = |axis_m: f64| ping(&model, &wall(axis_m * 0.5, 60.0, PLASTER)).cause;
+        assert_eq!(at(0.29), EchoCause::Direct);
+        assert_eq!(at(0.31), EchoCause::Specular);
+    }
+
+    #[test]
+    fn the_cone_narrows_with_range() {
+        // A post at 13 degrees off the axis.
+        let post = |range_m: f64| {
+            let at = Se2::new(0.0, 0.0, 13.0_f64.to_radians());
+            let a = at.transform_point(Vec2::new(range_m, -0.05));
+            let b = at.transform_point(Vec2::new(range_m, 0.05));
+            SegmentWorld::new([(Segment { a, b }, PLASTER)])
+        };
+        let quiet = SonarModel { edge_sensitivity_ratio: 0.1, n_rays: 61, ..honest() };
+        assert_eq!(ping(&quiet, &post(0.5)).cause, EchoCause::Direct);
+        assert_eq!(ping(&quiet, &post(2.0)).cause, EchoCause::Specular);
+    }
+
+    #[test]
+    fn a_mirror_shows_what_is_behind_it_too_far_away() {
+        // Glass at 45 degrees, 1 m ahead; the sound turns left and meets a wall 1.5 m on.
+        let mirror = (Segment { a: Vec2::new(0.6, -0.4), b: Vec2::new(1.4, 0.4) }, GLASS);
+        let wall = (Segment { a: Vec2::new(-5.0, 1.5), b: Vec2::new(5.0, 1.5) }, PLASTER);
+        let scene = SegmentWorld::new([mirror, wall]);
+        let model = SonarModel { n_rays: 1, ghost_prob: 1.0, ..honest() };
+        let echo = ping(&model, &scene);
+        assert!((echo.range_m - 2.5).abs() < 1e-5, "{echo:?}");
+        assert_eq!(echo.cause, EchoCause::Specular);
+        assert!((echo.nearest_in_cone_m - 1.0).abs() < 1e-9);
+        let deaf = SonarModel { ghost_prob: 0.0, ..model };
+        assert_eq!(ping(&deaf, &scene).range_m, 5.0);
+    }
+
+    #[test]
+    fn a_surface_is_heard_from_both_sides() {
+        for normal_deg in [0.0, 180.0] {
+            let scene = wall(1.0, normal_deg, PLASTER);
+            let mut rng = RunSeed(1).stream("sonar");
+            let facing = Se2::new(0.0, 0.0, normal_deg.to_radians());
+            let echo = SonarModel::ideal().ping(facing, &scene, materials(), &mut rng);
+            assert!((echo.range_m - 1.0).abs() < 1e-9, "{echo:?}");
+        }
+    }
+
+    /// 20 000 pings at 3 m: mean and deviation within 5 of their own deviations.
+    #[test]
+    fn noise_has_the_stated_deviation() {
+        let model = SonarModel {
+            range_std_m: 0.005,
+            range_std_ratio: 0.005,
+            n_rays: 1,
+            ..SonarModel::ideal()
+        };
+        let n = 20_000.0_f64;
+        let echoes = pings(&model, &wall(3.0, 0.0, PLASTER), 20_000);
+        let mean = echoes.iter().map(|e| e.range_m).sum::<f64>() / n;
+        let var = echoes.iter().map(|e| (e.range_m - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        assert!((mean - 3.0).abs() < 5.0 * 0.02 / n.sqrt(), "{mean}");
+        assert!((var.sqrt() / 0.02 - 1.0).abs() < 5.0 / (2.0 * n).sqrt(), "{}", var.sqrt());
+    }
+
+    /// 20 000 pings: binomial counts within 5 deviations.
+    #[test]
+    fn misfortunes_come_with_their_probabilities() {
+        let model = SonarModel { dropout_prob: 0.05, crosstalk_prob: 0.02, ..SonarModel::ideal() };
+        let echoes = pings(&model, &wall(2.0, 0.0, PLASTER), 20_000);
+        let count = |cause| echoes.iter().filter(|e| e.cause == cause).count() as f64;
+        let check = |cause, prob: f64| {
+            let expected = 20_000.0 * prob;
+            let bound = 5.0 * (expected * (1.0 - prob)).sqrt();
+            assert!((count(cause) - expected).abs() < bound, "{cause:?}: {}", count(cause));
+        };
+        check(EchoCause::Crosstalk, 0.02);
+        check(EchoCause::Dropout, 0.98 * 0.05);
+        for echo in &echoes {
+            match echo.cause {
+                EchoCause::Dropout => assert_eq!(echo.range_m, 5.0),
+                EchoCause::Crosstalk => assert!((0.15..=2.0).contains(&echo.range_m)),
+                _ => assert!((echo.range_m - 2.0).abs() < 1e-9),
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_ping_meets_does_not_change_what_the_next_one_draws() {
+        let model = SonarModel::default();
+        let next_after = |scene: &SegmentWorld| {
+            let mut rng = RunSeed(4).stream("sonar");
+            model.ping(Se2::IDENTITY, scene, materials(), &mut rng);
+            rng.next_u64()
+        };
+        assert_eq!(next_after(&wall(1.0, 0.0, GLASS)), next_after(&SegmentWorld::new([])));
+    }
+
+    #[test]
+    fn settings_out_of_range_are_named() {
+        let check = |model: SonarModel, expected: &str| {
+            assert_eq!(model.checked().unwrap_err().to_string(), expected);
+        };
+        assert!(SonarModel::default().checked().is_ok());
+        assert!(SonarModel::ideal().checked().is_ok());
+        let model = SonarModel::default();
+        check(SonarModel { n_rays: 0, ..model }, "n_rays = 0: must be from 1 to 999");
+        check(
+            SonarModel { dropout_prob: f64::NAN, ..model },
+            "dropout_prob = NaN: must be from 0 to 1",
+        );
+        check(
+            SonarModel { range_max_m: 0.1, ..model },
+            "range_max_m = 0.1: must be from range_min_m to 100 m",
+        );
+    }
+}

@@ -1,0 +1,56 @@
+//! What a sensor can see: walls, things, people and the other robots.
+
+use geometry::{Ray, RayCaster, RayHit};
+use sensor_models::{PERSON_TAG, ROBOT_TAG};
+
+use crate::{collide, spec::BodyId, world::World};
+
+/// The world as rays meet it; see [`World::scene`].
+#[derive(Clone, Copy, Debug)]
+pub struct Scene<'a> {
+    pub(crate) world: &'a World,
+    pub(crate) seen_by: Option<BodyId>,
+}
+
+impl RayCaster for Scene<'_> {
+    /// The nearest wall, thing, person or other robot. Does not allocate; the cost grows with the
+    /// things and people of the world, and with the robots along the ray only.
+    fn cast(&self, ray: &Ray, range_max_m: f64) -> Option<RayHit> {
+        let mut nearest = self.world.static_map().cast(ray, range_max_m);
+        let mut offer = |hit: Option<(f64, geometry::Vec2)>, tag: u32| {
+            if let Some((distance_m, normal)) = hit
+                && nearest.is_none_or(|n| distance_m < n.distance_m)
+            {
+                nearest = Some(RayHit { distance_m, normal, tag });
+            }
+        };
+        for thing in self.world.things() {
+            if ray_meets_box(ray, range_max_m, thing.bounds) {
+                let corners = thing.spec.polygon.corners();
+                offer(collide::ray_meets_outline(ray, corners, range_max_m), thing.spec.material);
+            }
+        }
+        for person in self.world.people() {
+            let radius_m = person.spec.radius_m;
+            let hit = collide::ray_meets_circle(ray, person.position, radius_m, range_max_m);
+            offer(hit, PERSON_TAG);
+        }
+        for body_index in self.world.neighbours().along(ray, range_max_m) {
+            let body = &self.world.bodies()[body_index];
+            let is_self = self.seen_by == Some(BodyId(body_index));
+            let to_body = body.position() - ray.origin;
+            let beside_m = to_body.perp(&ray.direction).abs();
+            if !is_self && beside_m <= body.bounding_radius_m {
+                let hit = collide::ray_meets_outline(ray, &body.corners, range_max_m);
+                offer(hit, ROBOT_TAG);
+            }
+        }
+        nearest
+    }
+}
+
+/// Whether the box around a ray of that length overlaps `bounds`: a quick refusal, no more.
+fn ray_meets_box(ray: &Ray, range_m: f64, bounds: geometry::Aabb) -> bool {
+    let end = ray.origin + range_m * ray.direction;
+    geometry::Aabb { min: ray.origin.inf(&end), max: ray.origin.sup(&end) }.overlaps(bounds)
+}
