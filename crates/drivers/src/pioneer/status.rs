@@ -1,0 +1,73 @@
+//! From an information packet to a status in SI units.
+
+use geometry::{Se2, Transform2};
+use navigator::{N_SONARS_MAX, RobotStatus};
+use robot_models::WheelSpeeds;
+use wire::arcos::Sip;
+
+/// Positions wrap after so many millimetres.
+const WRAP_MM: i64 = 1 << 15;
+
+/// Keeps what one packet does not say: whole turns of the position counters, older sonar ranges.
+#[derive(Clone, Debug)]
+pub(super) struct StatusReader {
+    position_mm: [Option<i64>; 2],
+    sonar_ranges_m: [f64; N_SONARS_MAX],
+    n_sonars: usize,
+    range_max_m: f64,
+}
+
+impl StatusReader {
+    pub(super) fn new(n_sonars: usize, range_max_m: f64) -> Self {
+        Self {
+            position_mm: [None; 2],
+            sonar_ranges_m: [range_max_m; N_SONARS_MAX],
+            n_sonars: n_sonars.min(N_SONARS_MAX),
+            range_max_m,
+        }
+    }
+
+    pub(super) fn read(&mut self, sip: &Sip) -> RobotStatus {
+        let mut sonar_fresh = 0;
+        for reading in sip.sonar() {
+            let index = usize::from(reading.sensor);
+            if index < self.n_sonars
+                && let Some(range_m) = self.sonar_ranges_m.get_mut(index)
+            {
+                *range_m = (0.001 * f64::from(reading.range_mm)).min(self.range_max_m);
+                sonar_fresh |= 1 << index;
+            }
+        }
+        let [x_mm, y_mm] = &mut self.position_mm;
+        let pose = Se2::new(
+            0.001 * unwrap(x_mm, sip.x_mm) as f64,
+            0.001 * unwrap(y_mm, sip.y_mm) as f64,
+            sip.heading_rad(),
+        );
+        RobotStatus {
+            odom_from_base: Transform2::new(pose),
+            wheel_speeds: WheelSpeeds {
+                left_mps: 0.001 * f64::from(sip.left_mmps),
+                right_mps: 0.001 * f64::from(sip.right_mmps),
+            },
+            sonar_ranges_m: self.sonar_ranges_m,
+            n_sonars: self.n_sonars,
+            sonar_fresh,
+            stalled: [sip.stall_left & 1 != 0, sip.stall_right & 1 != 0],
+            moving: sip.moving,
+            motors_enabled: sip.flags & super::FLAG_MOTORS != 0,
+            battery_v: 0.1 * f64::from(sip.battery_decivolts),
+        }
+    }
+}
+
+/// The position, mm, that ends in the 15 bits `wrapped` and is nearest to the last one, which it
+/// replaces. The first one is within ±16.384 m.
+fn unwrap(last_mm: &mut Option<i64>, wrapped: u16) -> i64 {
+    let reference = last_mm.unwrap_or(0);
+    let ahead = (i64::from(wrapped) - reference).rem_euclid(WRAP_MM);
+    let step = if ahead >= WRAP_MM / 2 { ahead - WRAP_MM } else { ahead };
+    let position = reference + step;
+    *last_mm = Some(position);
+    position
+}

@@ -1,0 +1,6 @@
+//! The drivers against real partners at the other end of a simulated link.
+
+mod closed_loop;
+mod ground;
+mod pheromones;
+mod pioneer;

@@ -1,0 +1,233 @@
+//! World, firmware, link and driver: what a run of the simulation does with one robot.
+
+use std::{sync::Arc, time::Duration};
+
+use geometry::{Se2, SegmentWorld, Vec2};
+use navigator::{Command, Observation, RobotStatus, Sensed};
+use robot_models::{OdometryErrors, RobotModel, WheelSpeeds};
+use run_context::{RunSeed, Stamp};
+use sensor_models::SonarModel;
+use simulator::{BodyId, RobotPlacement, World, WorldSpec};
+use virtual_robots::{PioneerConfig, PioneerFirmware};
+use wire::link::{End, Link, LinkConfig};
+
+use crate::{LineTiming, PioneerDriver, PioneerDriverConfig, PioneerSettings};
+
+const STEP: Duration = Duration::from_millis(10);
+
+/// 9600 baud that loses three bytes in a thousand and damages as many: about one packet in six of
+/// the information packets.
+fn bad_line() -> LinkConfig {
+    LinkConfig {
+        baud: Some(9600),
+        latency: Duration::from_millis(5),
+        jitter: Duration::from_millis(10),
+        loss_prob: 0.003,
+        corruption_prob: 0.003,
+    }
+}
+
+struct Loop {
+    world: World,
+    body_id: BodyId,
+    firmware: PioneerFirmware,
+    link: Link,
+    driver: PioneerDriver,
+    observations: Vec<Observation>,
+    status: Option<RobotStatus>,
+    n_link_up: usize,
+    n_link_down: usize,
+    /// The line is cut: nothing gets through either way.
+    cut: bool,
+}
+
+impl Loop {
+    fn new(link: &LinkConfig, seed: u64) -> Self {
+        let seed = RunSeed(seed);
+        let mut world = World::new(WorldSpec::of_walls(walls()), seed, STEP).unwrap();
+        let model = Arc::new(RobotModel::by_name("pioneer3dx").unwrap());
+        let placement = RobotPlacement {
+            name: "robot".to_owned(),
+            model: Arc::clone(&model),
+            world_from_base: Se2::IDENTITY,
+            errors: OdometryErrors::default(),
+            sonar: SonarModel::default(),
+        };
+        let body_id = world.add_robot(placement).unwrap();
+        let settings =
+            PioneerSettings { acceleration_mps2: Some(0.5), ..PioneerSettings::default() };
+        let line = LineTiming { baud: link.baud, latency: link.latency };
+        Self {
+            world,
+            body_id,
+            firmware: PioneerFirmware::new(model, PioneerConfig::default(), seed.stream("sonar")),
+            link: Link::new(link, seed.stream("link")).unwrap(),
+            driver: PioneerDriver::new(PioneerDriverConfig {
+                settings,
+                line,
+                ..PioneerDriverConfig::default()
+            }),
+            observations: Vec::new(),
+            status: None,
+            n_link_up: 0,
+            n_link_down: 0,
+            cut: false,
+        }
+    }
+
+    fn tick(&mut self, command: Option<&Command>) {
+        let now = self.world.now();
+        let (mut received, mut out) = (Vec::new(), Vec::new());
+        self.link.receive(End::B, now, &mut received);
+        if self.cut {
+            received.clear();
+        }
+        let reference = self.firmware.step(now, &received, &self.world, self.body_id, &mut out);
+        self.link.send(End::B, now, &out);
+        received.clear();
+        out.clear();
+        self.link.receive(End::A, now, &mut received);
+        if self.cut {
+            received.clear();
+        }
+        self.observations.clear();
+        self.driver.step(now, &received, &mut self.observations, &mut out);
+        if let Some(command) = command {
+            self.driver.command(now, command, &mut out);
+        }
+        self.link.send(End::A, now, &out);
+        for observation in &self.observations {
+            match observation.value {
+                Sensed::Robot(status) => {
+                    assert!(observation.about <= now);
+                    self.status = Some(status);
+                }
+                Sensed::LinkUp => self.n_link_up += 1,
+                Sensed::LinkDown => self.n_link_down += 1,
+                _ => {}
+            }
+        }
+        self.world.set_acceleration(self.body_id, reference.acceleration_mps2);
+        self.world.set_wheel_reference(self.body_id, reference.wheels);
+        self.world.step();
+    }
+
+    fn pass_ms(&mut self, millis: u64) {
+        (0..millis / 10).for_each(|_| self.tick(None));
+    }
+
+    fn connect(&mut self) {
+        let deadline = self.world.now() + Duration::from_secs(20);
+        while !self.driver.is_connected() {
+            assert!(self.world.now() < deadline, "{:?}", self.driver);
+            self.tick(None);
+        }
+    }
+
+    fn true_pose(&self) -> Se2 {
+        self.world.body(self.body_id).world_from_base.se2()
+    }
+
+    fn speed_mps(&self) -> f64 {
+        self.world.body(self.body_id).wheel_speeds.left_mps.abs()
+    }
+}
+
+fn walls() -> SegmentWorld {
+    let corners =
+        [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)].map(|(x, y)| Vec2::new(x, y));
+    let ends = corners.iter().zip(corners.iter().cycle().skip(1));
+    SegmentWorld::new(ends.map(|(&a, &b)| (geometry::Segment { a, b }, 0)))
+}
+
+fn drive(mps: f64) -> Command {
+    Command::Drive(WheelSpeeds { left_mps: mps, right_mps: mps })
+}
+
+#[test]
+fn over_a_bad_line_it_connects_drives_two_metres_turns_and_stops_on_silence() {
+    for seed in 0..20 {
+        let mut run = Loop::new(&bad_line(), seed);
+        run.connect();
+        // Whatever was lost of the settings is sent again.
+        run.pass_ms(4000);
+        assert!(run.firmware.motors_enabled(), "seed {seed}");
+        // Two metres, as a navigator would: a reference every 200 ms until the odometer says so.
+        while run.status.unwrap().odom_from_base.se2().x_m < 1.9 {
+            assert!(run.world.now() < Stamp::from_millis(60_000), "seed {seed}");
+            run.tick(Some(&drive(0.3)));
+            run.pass_ms(190);
+        }
+        run.tick(Some(&Command::Stop));
+        run.pass_ms(3000);
+        let pose = run.true_pose();
+        assert!((pose.x_m - 2.0).abs() < 0.15 && pose.y_m.abs() < 0.02, "seed {seed}: {pose:?}");
+        assert!(run.speed_mps() < 1e-9, "seed {seed}");
+        // The robot's own report agrees with the truth: perfect odometry, whole millimetres.
+        let odom = run.status.unwrap().odom_from_base.se2();
+        assert!((odom.x_m - pose.x_m).abs() < 0.003, "seed {seed}: {odom:?} {pose:?}");
+        // A turn is asked for once; the driver repeats it with its heartbeat.
+        let heading_in_odom_rad = -2.0;
+        run.tick(Some(&Command::TurnTo { heading_in_odom_rad }));
+        run.pass_ms(6000);
+        let turned = run.true_pose().yaw_rad;
+        assert!((turned - heading_in_odom_rad).abs() < 0.02, "seed {seed}: {turned}");
+        // Silence: the watchdog stops the robot, the driver notices and says so.
+        run.tick(Some(&drive(0.2)));
+        run.pass_ms(2000);
+        assert!(run.speed_mps() > 0.15, "seed {seed}");
+        run.cut = true;
+        run.pass_ms(3500);
+        assert!(run.speed_mps() < 1e-9, "seed {seed}");
+        assert!(run.n_link_down >= 1 && !run.driver.is_connected(), "seed {seed}");
+        // And when the line is mended, they find each other again.
+        run.cut = false;
+        run.connect();
+        run.pass_ms(3000);
+        assert!(run.driver.is_connected() && run.speed_mps() < 1e-9, "seed {seed}");
+        assert!(run.n_link_up >= 2, "seed {seed}");
+    }
+}
+
+#[test]
+fn a_good_line_needs_no_second_try() {
+    let line = LinkConfig { baud: Some(9600), ..LinkConfig::default() };
+    let mut run = Loop::new(&line, 1);
+    run.pass_ms(3000);
+    let counters = run.driver.counters();
+    assert_eq!((counters.n_connections, counters.n_retries, counters.n_mended), (1, 0, 0));
+    assert_eq!(run.driver.robot_config().unwrap().acceleration_mmps2, 500);
+    assert_eq!(run.driver.identity().unwrap().last().unwrap(), "p3dx-sh");
+    assert!(counters.n_sips >= 26, "{counters:?}");
+    assert_eq!(run.driver.decoder().bytes_skipped(), 0);
+}
+
+#[test]
+fn every_sonar_is_heard_within_half_a_second() {
+    let mut run = Loop::new(&LinkConfig::default(), 1);
+    run.connect();
+    let mut fresh = 0;
+    for _ in 0..50 {
+        run.tick(None);
+        for observation in &run.observations {
+            if let Sensed::Robot(status) = observation.value {
+                fresh |= status.sonar_fresh;
+                assert!(status.sonar_ranges_m.iter().all(|range_m| (0.1..=5.0).contains(range_m)));
+            }
+        }
+    }
+    assert_eq!(fresh, 0xFFFF);
+}
+
+#[test]
+fn the_same_seed_repeats_the_run() {
+    let run = |seed| {
+        let mut run = Loop::new(&bad_line(), seed);
+        run.connect();
+        run.tick(Some(&drive(0.3)));
+        run.pass_ms(3000);
+        (run.true_pose(), run.driver.counters(), run.world.now())
+    };
+    assert_eq!(run(5), run(5));
+    assert_ne!(run(5).1, run(6).1);
+}

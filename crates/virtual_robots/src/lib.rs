@@ -1,0 +1,16 @@
+//! Firmware for simulated bodies: it answers the bytes the real robot answers.
+//!
+//! [`PioneerFirmware`] is the robot's side of [`wire::arcos`]. It reads encoder counts and sonar
+//! echoes of a body, never the true pose, and asks for wheel speeds; what is between it and a
+//! client is the caller's business: a simulated link, a socket, a serial port. [`SoloRobot`] is the
+//! smallest caller, one robot alone in a world.
+//!
+//! Nothing here reads a clock or opens a socket.
+
+mod pioneer;
+mod solo;
+
+pub use pioneer::{
+    FirmwareCounters, MotorFeedback, MotorReference, PioneerConfig, PioneerFirmware, SimPose,
+};
+pub use solo::SoloRobot;

@@ -1,0 +1,20 @@
+//! Codecs of every protocol of the system, and the byte pipes that carry them.
+//!
+//! Bytes go in, messages come out, and back. Nothing here opens a socket or reads a clock, so the
+//! same code stands behind a TCP port, a serial port and a simulated link:
+//!
+//! - [`arcos`]: the packets between a Pioneer robot and its client;
+//! - [`dle`]: the DLE framing of the radio links, with [`pheromone_link`] (robot to pheromone
+//!   server) and [`ground_link`] (decision unit and ground station to vehicle) on top of it;
+//! - [`link`]: a byte pipe in virtual time with baud rate, latency and faults.
+//!
+//! Every decoder takes bytes from strangers: none panics, each does bounded work per byte and keeps
+//! bounded memory, and what it throws away is counted.
+
+#![cfg_attr(not(test), warn(clippy::indexing_slicing, clippy::arithmetic_side_effects))]
+
+pub mod arcos;
+pub mod dle;
+pub mod ground_link;
+pub mod link;
+pub mod pheromone_link;
