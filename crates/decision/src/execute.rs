@@ -1,0 +1,391 @@
+//! One instruction at a time: everything the target keeps in RAM, and what each opcode does to it.
+//!
+//! Source: the thesis, Annex A2. The comments number the points where [`Mode::Corrected`] departs
+//! from the listing; the guide (`docs/guide/rdpl.md`) explains each to users.
+
+use run_context::{Stamp, StateHash};
+
+use crate::{
+    Code, EdgeCode, Family, Mode, ResourceId,
+    clock::DateTime,
+    machine::{Event, Fault, MoveCommand, Step},
+    ring::Ring,
+    timers::{Start, Timers},
+};
+
+/// Goals that wait to be taken; far more than one scan's worth is never useful.
+const N_MOVES: usize = 32;
+/// Entries of the event log.
+const N_EVENTS: usize = 64;
+/// Bytes of program memory that the listing's interpreter runs through before it wraps.
+pub(crate) const LISTING_PROGRAM_BYTES: usize = 4096;
+
+/// What goes on after an instruction.
+#[derive(Clone, Copy)]
+enum Next {
+    /// At the instruction so many bytes on.
+    Skip(usize),
+    /// At the beginning: the scan is over.
+    Begin,
+    /// At the same instruction, for ever.
+    Stay,
+    /// Nowhere.
+    Fault(Code),
+}
+
+/// The RAM of the target.
+#[derive(Clone, Debug)]
+pub(crate) struct Memory {
+    pub(crate) mode: Mode,
+    /// Every address an image can name, also those that no resource has.
+    bytes: [u8; 256],
+    pub(crate) inputs: u16,
+    pub(crate) analogs: [u8; 8],
+    pub(crate) outputs: u16,
+    pub(crate) timers: Timers,
+    pub(crate) moves: Ring<MoveCommand, N_MOVES>,
+    pub(crate) events: Ring<Event, N_EVENTS>,
+    pub(crate) fault: Option<Fault>,
+    /// Offset of the next instruction.
+    pub(crate) next: usize,
+    pub(crate) clock: DateTime,
+    pub(crate) now: Stamp,
+    /// A tick that the main loop has not seen yet; listing mode only.
+    pub(crate) tick_flag: bool,
+}
+
+impl Memory {
+    pub(crate) fn new(mode: Mode) -> Self {
+        let mut memory = Self {
+            mode,
+            bytes: [0; 256],
+            inputs: 0,
+            analogs: [0; 8],
+            outputs: 0,
+            timers: Timers::new(mode),
+            moves: Ring::new(),
+            events: Ring::new(),
+            fault: None,
+            next: 0,
+            clock: DateTime::SWITCHED_ON,
+            now: Stamp::ZERO,
+            tick_flag: false,
+        };
+        // Correction 6: what has always been 1 has a history of ones. The table's plain 1 reads
+        // as a rising edge, and 1L would rise for ever.
+        let one = match mode {
+            Mode::Corrected => 0xFF,
+            Mode::Listing => 0x01,
+        };
+        let negated = (0..16).filter_map(|n| ResourceId::of(Family::NegatedInput, n));
+        let state = ResourceId::of(Family::State, 0);
+        for id in negated.chain(state).chain([ResourceId::ONE]) {
+            memory.write(id.address(), one);
+        }
+        memory.write(ResourceId::QRUN.address(), 1);
+        memory
+    }
+
+    /// A reset by the watchdog or by hand: initial values, but the field stays as it is, and so
+    /// does the time.
+    pub(crate) fn restart(&mut self) {
+        let fresh = Self::new(self.mode);
+        let old = std::mem::replace(self, fresh);
+        (self.inputs, self.analogs) = (old.inputs, old.analogs);
+        (self.clock, self.now) = (old.clock, old.now);
+    }
+
+    pub(crate) fn read(&self, address: u8) -> u8 {
+        self.bytes.get(usize::from(address)).copied().unwrap_or(0)
+    }
+
+    pub(crate) fn write(&mut self, address: u8, value: u8) {
+        if let Some(byte) = self.bytes.get_mut(usize::from(address)) {
+            *byte = value;
+        }
+    }
+
+    /// The new value becomes bit 0, and every older one moves up.
+    fn shift(&mut self, address: u8, bit: bool) {
+        let history = self.read(address);
+        self.write(address, (history << 1) | u8::from(bit));
+    }
+
+    fn bit(&self, address: u8) -> bool {
+        self.read(address) & 1 != 0
+    }
+
+    fn edge_is(&self, address: u8, edge: u8) -> bool {
+        EdgeCode::of(self.read(address)) == EdgeCode::of(edge)
+    }
+
+    /// Executes the instruction at the beginning of `code`, the rest of the image.
+    pub(crate) fn execute(&mut self, code: &[u8]) -> Step {
+        let next = match code {
+            [0x00, ..] => self.read_inputs(),
+            [opcode @ 0x04..=0x08, dest, operands @ ..] => self.logic(*opcode, *dest, operands),
+            [0x09, dest, set, reset, priority, ..] => {
+                self.flip_flop(*dest, [*set, *reset], *priority)
+            }
+            [0x0A, timer, kind, input, edge, k, ..] => {
+                self.timer([*timer, *kind, *edge, *k], *input)
+            }
+            [0x0B, dest, direction, clock, edge, ..] => {
+                self.counter(*dest, *direction, *clock, *edge)
+            }
+            [0x0C, dest, a, b, mask, ..] => {
+                self.shift(*dest, self.read(*a) & mask == self.read(*b) & mask);
+                Next::Skip(5)
+            }
+            [0x0D, dest, a, b, ..] => {
+                self.shift(*dest, self.read(*a) >= self.read(*b));
+                Next::Skip(4)
+            }
+            [0x0E, trigger, x1, x0, y1, y0, h1, h0, edge, ..] => {
+                self.move_to(*trigger, *edge, [[*x1, *x0], [*y1, *y0], [*h1, *h0]])
+            }
+            [0x0F, ..] => self.end_of_cycle(),
+            [0x10, dest, source, condition, edge, tail @ ..] => {
+                // Correction 4: the listing takes the edge from one byte too far, which is the
+                // opcode of the next instruction.
+                let edge = match self.mode {
+                    Mode::Corrected => *edge,
+                    Mode::Listing => tail.first().copied().unwrap_or(0),
+                };
+                if self.edge_is(*condition, edge) {
+                    self.write(*dest, self.read(*source));
+                }
+                Next::Skip(5)
+            }
+            [0x11, dest, constant, condition, edge, ..] => {
+                if self.edge_is(*condition, *edge) {
+                    self.write(*dest, *constant);
+                }
+                Next::Skip(5)
+            }
+            [0x12, high, low, a, b, select, ..] => self.add(*high, *low, [*a, *b], *select),
+            [0x13, high, low, a, b, ..] => self.multiply(*high, *low, [*a, *b]),
+            [0x16, kind, input, edge, ..] => self.event(*kind, *input, *edge),
+            [] => Next::Fault(Code::TruncatedImage),
+            [0x04..=0x16, ..] if !matches!(code, [0x14 | 0x15, ..]) => {
+                Next::Fault(Code::TruncatedImage)
+            }
+            [opcode, ..] => self.unknown(*opcode),
+        };
+        self.advance(next)
+    }
+
+    /// What the listing calls `next()`.
+    fn advance(&mut self, next: Next) -> Step {
+        // Correction 2: S follows STATUS once per scan, so that an edge of S lasts a scan. The
+        // listing shifts it after every instruction.
+        let decodes = match self.mode {
+            Mode::Corrected => matches!(next, Next::Begin),
+            Mode::Listing => !matches!(next, Next::Stay),
+        };
+        if decodes {
+            self.decode_status();
+        }
+        match next {
+            Next::Skip(size) => {
+                self.next = self.next.saturating_add(size);
+                if self.mode == Mode::Listing && self.next >= LISTING_PROGRAM_BYTES {
+                    self.next = 0;
+                    return Step::EndOfScan;
+                }
+                Step::Executed
+            }
+            Next::Begin => {
+                self.next = 0;
+                Step::EndOfScan
+            }
+            Next::Stay => Step::Hung,
+            Next::Fault(code) => {
+                self.fault = Some(Fault { code, address: self.next });
+                Step::Faulted
+            }
+        }
+    }
+
+    fn decode_status(&mut self) {
+        let status = self.read(ResourceId::STATUS.address()) & 0x0F;
+        for number in 0..16 {
+            if let Some(id) = ResourceId::of(Family::State, number) {
+                self.shift(id.address(), number == status);
+            }
+        }
+    }
+
+    fn read_inputs(&mut self) -> Next {
+        let inputs = self.inputs;
+        for number in 0..16_u8 {
+            let value = inputs.checked_shr(number.into()).unwrap_or(0) & 1 != 0;
+            let ids = [Family::Input, Family::NegatedInput].map(|f| ResourceId::of(f, number));
+            for (id, bit) in ids.into_iter().zip([value, !value]) {
+                if let Some(id) = id {
+                    self.shift(id.address(), bit);
+                }
+            }
+        }
+        let analogs = self.analogs;
+        for (number, value) in (0_u8..).zip(analogs) {
+            if let Some(id) = ResourceId::of(Family::Analog, number) {
+                self.write(id.address(), value);
+            }
+        }
+        Next::Skip(1)
+    }
+
+    fn end_of_cycle(&mut self) -> Next {
+        let mut outputs = 0;
+        for number in (0..16).rev() {
+            let bit =
+                ResourceId::of(Family::Output, number).is_some_and(|id| self.bit(id.address()));
+            outputs = (outputs << 1) | u16::from(bit);
+        }
+        self.outputs = outputs;
+        Next::Begin
+    }
+
+    fn logic(&mut self, opcode: u8, dest: u8, operands: &[u8]) -> Next {
+        let [a, b, c, d, ..] = operands else {
+            return Next::Fault(Code::TruncatedImage);
+        };
+        let [a, b, c, d] = [*a, *b, *c, *d].map(|address| self.bit(address));
+        let bit = match opcode {
+            0x04 => a & b & c & d,
+            0x05 => !(a & b & c & d),
+            0x06 => a | b | c | d,
+            0x07 => !(a | b | c | d),
+            _ => a ^ b ^ c ^ d,
+        };
+        self.shift(dest, bit);
+        Next::Skip(6)
+    }
+
+    fn flip_flop(&mut self, dest: u8, set_reset: [u8; 2], priority: u8) -> Next {
+        let bit = match set_reset.map(|address| self.bit(address)) {
+            [true, false] => true,
+            [false, true] => false,
+            [true, true] => priority & 1 != 0,
+            // Correction 1: a flip-flop that holds has been updated all the same. The listing
+            // does not shift, so that the rising edge of a short pulse never ends.
+            [false, false] if self.mode == Mode::Listing => return Next::Skip(5),
+            [false, false] => self.bit(dest),
+        };
+        self.shift(dest, bit);
+        Next::Skip(5)
+    }
+
+    fn timer(&mut self, [timer, kind, edge, k]: [u8; 4], input: u8) -> Next {
+        let number = timer & 0x1F;
+        let start = Start {
+            number,
+            is_oscillator: kind & 1 != 0,
+            input: EdgeCode::of(self.read(input)),
+            edge: EdgeCode::of(edge),
+            k,
+        };
+        let output = self.timers.execute(start);
+        if let Some(id) = ResourceId::of(Family::TimerOutput, number) {
+            self.shift(id.address(), output);
+        }
+        Next::Skip(6)
+    }
+
+    fn counter(&mut self, dest: u8, direction: u8, clock: u8, edge: u8) -> Next {
+        let code = EdgeCode::of(edge);
+        if matches!(code, EdgeCode::Rising | EdgeCode::Falling) && self.edge_is(clock, edge) {
+            let count = self.read(dest);
+            let up = self.bit(direction);
+            self.write(dest, if up { count.saturating_add(1) } else { count.saturating_sub(1) });
+        }
+        Next::Skip(5)
+    }
+
+    fn move_to(&mut self, trigger: u8, edge: u8, goal: [[u8; 2]; 3]) -> Next {
+        if self.edge_is(trigger, edge) {
+            let [x_mm, y_mm, heading_deg] = goal.map(i16::from_be_bytes);
+            self.moves.push(MoveCommand { x_mm, y_mm, heading_deg });
+        }
+        match self.mode {
+            Mode::Corrected => Next::Skip(9),
+            // Correction 3: the listing takes 0x0E for reserved and starts over, so that nothing
+            // after a MOVE is ever executed, and the outputs are never written.
+            Mode::Listing => Next::Begin,
+        }
+    }
+
+    fn add(&mut self, high: u8, low: u8, operands: [u8; 2], select: u8) -> Next {
+        let [a, b] = operands.map(|address| self.read(address));
+        if select & 1 == 0 {
+            self.write_pair(high, low, u16::from(a).saturating_add(u16::from(b)));
+            return Next::Skip(6);
+        }
+        // Correction 5, second part: the listing clears the sign it has just set.
+        let negative = a < b && self.mode == Mode::Corrected;
+        self.write(high, if negative { 0x80 } else { 0x00 });
+        self.write(low, a.abs_diff(b));
+        Next::Skip(6)
+    }
+
+    fn multiply(&mut self, high: u8, low: u8, operands: [u8; 2]) -> Next {
+        let [a, b] = operands.map(|address| u16::from(self.read(address)));
+        self.write_pair(high, low, a.saturating_mul(b));
+        Next::Skip(5)
+    }
+
+    fn write_pair(&mut self, high: u8, low: u8, value: u16) {
+        let [high_byte, low_byte] = value.to_be_bytes();
+        let high_byte = match self.mode {
+            Mode::Corrected => high_byte,
+            // Correction 5, first part: `temp & 0xff00 >> 8` is `temp & (0xff00 >> 8)` in C.
+            Mode::Listing => low_byte,
+        };
+        self.write(high, high_byte);
+        self.write(low, low_byte);
+    }
+
+    fn event(&mut self, kind: u8, input: u8, edge: u8) -> Next {
+        if let Some(resource) = ResourceId::from_address(input)
+            && self.edge_is(input, edge)
+        {
+            let history = self.read(input);
+            let (at, clock) = (self.now, self.clock);
+            self.events.push(Event { at, clock, kind: kind & 0x0F, resource, history });
+        }
+        Next::Skip(4)
+    }
+
+    fn unknown(&self, opcode: u8) -> Next {
+        match (self.mode, opcode) {
+            // Correction 7: the listing hangs on the reserved opcodes and starts over on all
+            // others that it does not know.
+            (Mode::Corrected, _) => Next::Fault(Code::UnknownOpcode),
+            (Mode::Listing, 0x01..=0x03) => Next::Stay,
+            (Mode::Listing, _) => Next::Begin,
+        }
+    }
+
+    pub(crate) fn absorb_state(&self, hash: &mut StateHash) {
+        hash.absorb_bytes(&self.bytes);
+        hash.absorb_bytes(&self.analogs);
+        let fault = self.fault.map_or(u64::MAX, |fault| fault.address as u64);
+        let words = [self.inputs.into(), self.outputs.into(), self.next as u64, fault];
+        for word in words {
+            hash.absorb_u64(word);
+        }
+        hash.absorb_u64(self.now.as_nanos());
+        hash.absorb_u64(self.tick_flag.into());
+        self.timers.absorb_state(hash);
+        for goal in self.moves.iter() {
+            for number in [goal.x_mm, goal.y_mm, goal.heading_deg] {
+                hash.absorb_bytes(&number.to_be_bytes());
+            }
+        }
+        for event in self.events.iter() {
+            hash.absorb_u64(event.at.as_nanos());
+            hash.absorb_bytes(&[event.kind, event.resource.address(), event.history]);
+        }
+    }
+}

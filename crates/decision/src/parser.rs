@@ -1,0 +1,203 @@
+//! From the fields of a line to a statement: which field is label, function, operand, comment.
+//!
+//! Source: the thesis, Annex A1 (`[label] mnemonic op1,…,op5 [comment]`). Differences: a mnemonic
+//! may stand flush left; what follows the fifth operand is a comment only if no comma precedes
+//! it, so that a sixth input of an `AND` is an error and not silently lost.
+
+use crate::{
+    Code, Mnemonic,
+    diagnostics::{Place, Problems},
+    lexer::{Field, Fields, Flaw},
+    names::nearest_mnemonic,
+};
+
+/// Operand fields of a line; the field after them is a comment.
+const N_OPERANDS_MAX: usize = 5;
+
+/// What a line says.
+#[derive(Debug)]
+pub(crate) enum Statement<'s> {
+    /// `NAME EQU value`.
+    Equ { name: Field<'s>, value: Field<'s> },
+    /// A function with as many operand fields as it has parameters.
+    Function { mnemonic: Mnemonic, place: Place, operands: Vec<Field<'s>> },
+}
+
+/// A label and a statement; either may be missing, and problems are already reported.
+#[derive(Debug, Default)]
+pub(crate) struct Line<'s> {
+    pub(crate) label: Option<Field<'s>>,
+    pub(crate) statement: Option<Statement<'s>>,
+}
+
+/// What a field in the place of a mnemonic is.
+enum Head {
+    Equ,
+    Function(Mnemonic),
+}
+
+fn head(field: &Field<'_>) -> Option<Head> {
+    if field.text.eq_ignore_ascii_case("EQU") {
+        return Some(Head::Equ);
+    }
+    Mnemonic::by_name(field.text).map(Head::Function)
+}
+
+/// Parses one line. Reports what is wrong with it and keeps what is not.
+pub(crate) fn parse_line<'s>(mut fields: Fields<'s>, problems: &mut Problems) -> Line<'s> {
+    let Some(first) = fields.next() else {
+        return Line::default();
+    };
+    match head(&first) {
+        Some(Head::Function(mnemonic)) => {
+            let statement = parse_function(mnemonic, first.place, fields, problems);
+            Line { label: None, statement }
+        }
+        Some(Head::Equ) => {
+            let message = "EQU has no name before it".to_owned();
+            problems.report(Code::IncompleteEqu, first.place, message, || Some(equ_hint("NAME")));
+            Line::default()
+        }
+        None => parse_labelled(first, fields, problems),
+    }
+}
+
+/// The first field is no function: a label, the name of an EQU, or a slip.
+fn parse_labelled<'s>(
+    first: Field<'s>,
+    mut fields: Fields<'s>,
+    problems: &mut Problems,
+) -> Line<'s> {
+    if let Some(flaw) = first.flaw {
+        report_flaw(flaw, &first, problems);
+        return Line::default();
+    }
+    let Some(second) = fields.next() else {
+        let message = format!("nothing follows the label `{}`", first.folded());
+        let hint = || nearest_mnemonic(first.text).map(|m| format!("did you mean `{m}`?"));
+        problems.report(Code::LoneLabel, first.place, message, hint);
+        return Line::default();
+    };
+    match head(&second) {
+        Some(Head::Equ) => {
+            let statement = parse_equ(first, &second, fields, problems);
+            Line { label: None, statement }
+        }
+        Some(Head::Function(mnemonic)) => {
+            let statement = parse_function(mnemonic, second.place, fields, problems);
+            Line { label: Some(first), statement }
+        }
+        None => {
+            // Which of the two was meant to be the function? The one that is nearly one.
+            let guess = nearest_mnemonic(first.text);
+            let second_guess = if guess.is_none() { nearest_mnemonic(second.text) } else { None };
+            let culprit = if second_guess.is_some() { second } else { first };
+            let message = format!("there is no function `{}`", culprit.folded());
+            let hint = || guess.or(second_guess).map(|m| format!("did you mean `{m}`?"));
+            problems.report(Code::UnknownMnemonic, culprit.place, message, hint);
+            Line::default()
+        }
+    }
+}
+
+fn equ_hint(name: &str) -> String {
+    format!("write `{name} EQU value`")
+}
+
+fn parse_equ<'s>(
+    name: Field<'s>,
+    equ: &Field<'s>,
+    mut fields: Fields<'s>,
+    problems: &mut Problems,
+) -> Option<Statement<'s>> {
+    let Some(value) = fields.next() else {
+        let message = format!("`{}` is given no value", name.folded());
+        let hint = || Some(equ_hint(name.text));
+        problems.report(Code::IncompleteEqu, equ.place, message, hint);
+        return None;
+    };
+    if let Some(extra) = fields.next().filter(|field| field.after_comma) {
+        let message = format!("EQU takes one value, `{}` is too many", extra.text);
+        problems.report(Code::TooManyOperands, extra.place, message, || Some(comment_hint()));
+    }
+    Some(Statement::Equ { name, value })
+}
+
+fn comment_hint() -> String {
+    "start a comment with `;`".to_owned()
+}
+
+fn parse_function<'s>(
+    mnemonic: Mnemonic,
+    place: Place,
+    mut fields: Fields<'s>,
+    problems: &mut Problems,
+) -> Option<Statement<'s>> {
+    let parameters = mnemonic.parameters();
+    let operands: Vec<Field<'s>> = fields.by_ref().take(parameters.len()).collect();
+    if let Some(missing) = parameters.get(operands.len()) {
+        for field in &operands {
+            if let Some(flaw) = field.flaw {
+                report_flaw(flaw, field, problems);
+            }
+        }
+        let (needed, given) = (parameters.len(), operands.len());
+        let message = format!(
+            "{mnemonic} needs {needed} operands and has {given}: {} is missing",
+            missing.name
+        );
+        let hint = || {
+            use Mnemonic::{And, Nand, Nor, Or, Xor};
+            match mnemonic {
+                And | Nand if given >= 2 => Some("tie unused inputs to 1L".to_owned()),
+                Or | Nor | Xor if given >= 2 => Some("tie unused inputs to 0L".to_owned()),
+                _ => Some(syntax(mnemonic)),
+            }
+        };
+        problems.report(Code::TooFewOperands, place, message, hint);
+        return None;
+    }
+    let comment_allowed = operands.len() == N_OPERANDS_MAX;
+    if let Some(extra) = fields.next().filter(|field| field.after_comma || !comment_allowed) {
+        let needed = parameters.len();
+        let message = format!("{mnemonic} takes {needed} operands, `{}` is too many", extra.text);
+        problems.report(Code::TooManyOperands, extra.place, message, || {
+            if extra.after_comma { Some(syntax(mnemonic)) } else { Some(comment_hint()) }
+        });
+    }
+    Some(Statement::Function { mnemonic, place, operands })
+}
+
+/// `FF DEST,S,R,PRIORITY`.
+fn syntax(mnemonic: Mnemonic) -> String {
+    let names: Vec<&str> = mnemonic.parameters().iter().map(|p| p.name).collect();
+    format!("write `{mnemonic} {}`", names.join(","))
+}
+
+/// Reports a field that cannot mean anything.
+pub(crate) fn report_flaw(flaw: Flaw, field: &Field<'_>, problems: &mut Problems) {
+    match flaw {
+        Flaw::UnclosedQuote => {
+            let message = format!("the quote in {} is not closed", shortened(field.text));
+            let quote = field.text.chars().next().unwrap_or('\'');
+            let hint = || Some(format!("end the text with {quote}"));
+            problems.report(Code::UnclosedQuote, field.place, message, hint);
+        }
+        Flaw::UnexpectedCharacter(c) => {
+            let message = format!("`{}` cannot stand in a field", c.escape_debug());
+            problems.report(Code::UnexpectedCharacter, field.place, message, || match c {
+                '#' | '/' | '*' | '!' | '(' => Some(comment_hint()),
+                _ => Some("separate operands with commas or blanks".to_owned()),
+            });
+        }
+    }
+}
+
+/// The beginning of a text that may be very long.
+pub(crate) fn shortened(text: &str) -> String {
+    const SHOWN_MAX: usize = 32;
+    if text.chars().count() <= SHOWN_MAX {
+        return text.to_owned();
+    }
+    text.chars().take(SHOWN_MAX).chain(['…']).collect()
+}
