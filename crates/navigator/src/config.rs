@@ -1,0 +1,444 @@
+//! Settings of a navigator: plain data first, checked once, relied on afterwards.
+
+use std::time::Duration;
+
+use geometry::Vec2;
+use obstacle_avoidance::{
+    Bubble, BubbleError, DetourConfig, EchoMemoryConfig, Footprint, Machine, MachineConfig,
+    MachineConfigError, RangeSensor, Variant,
+};
+use path_following::{
+    PathFollower, PathFollowerConfig, PathLaw, SettingError, TrailFollower, TrailFollowerConfig,
+    TrailLaw,
+    fuzzy::{FuzzyConfig, Sets},
+};
+use robot_models::{DriveGeometry, OdometryNoise, RobotModel};
+
+use crate::{
+    messages::N_SONARS_MAX,
+    scout::Scout,
+    steer::{LineSteering, TrailSteering},
+};
+
+/// How a goal is reached.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Over the pheromone trail that leads to it (the thesis, 5.3 and 7.4).
+    #[default]
+    Trail,
+    /// In a straight line, over intermediate goals if there are any (the thesis, 7.5).
+    Direct,
+    /// Along the path given by [`crate::Navigator::set_path`].
+    Path,
+}
+
+/// Which law keeps the robot on a trail.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TrailController {
+    /// Fuzzy on P_L − P_R with three sets (5.45).
+    #[default]
+    Fuzzy,
+    /// The same with five sets.
+    FuzzyFine,
+    /// The same in the integer arithmetic of the thesis's program; has its own speeds.
+    Listing,
+    /// The proportional, bio-mimetic law (5.44).
+    BioMimetic,
+    /// Fuzzy on the direction of the equivalent source (5.46).
+    FuzzyAngle,
+    /// Pure pursuit of the equivalent source (5.47)–(5.48).
+    PurePursuit,
+}
+
+impl TrailController {
+    fn law(self) -> TrailLaw {
+        match self {
+            Self::Fuzzy => TrailLaw::fuzzy(),
+            Self::FuzzyFine => TrailLaw::Fuzzy {
+                fuzzy: FuzzyConfig { sets: Sets::Five, ..FuzzyConfig::default() },
+            },
+            Self::Listing => TrailLaw::listing(),
+            Self::BioMimetic => TrailLaw::bio_mimetic(),
+            Self::FuzzyAngle => TrailLaw::fuzzy_angle(),
+            Self::PurePursuit => TrailLaw::pure_pursuit(),
+        }
+    }
+}
+
+/// Which law keeps the robot on a given path.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PathController {
+    /// Fuzzy on the path error (5.30).
+    #[default]
+    Fuzzy,
+    /// Follow the carrot (5.5)–(5.6).
+    Carrot,
+    /// Pure pursuit (5.12).
+    PurePursuit,
+    /// Stanley.
+    Stanley,
+}
+
+impl PathController {
+    fn law(self) -> PathLaw {
+        match self {
+            Self::Fuzzy => PathLaw::fuzzy(),
+            Self::Carrot => PathLaw::CARROT,
+            Self::PurePursuit => PathLaw::PURE_PURSUIT,
+            Self::Stanley => PathLaw::STANLEY,
+        }
+    }
+}
+
+/// What is done about obstacles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Avoidance {
+    /// Nothing; for experiments in empty worlds.
+    Off,
+    /// The thesis's bubble rebound: the bubble stops, the rebound heading leads away.
+    Rebound,
+    /// The same machine, but what blocks and where to go around is checked against remembered
+    /// echoes and the path ahead (extension).
+    #[default]
+    Checked,
+}
+
+/// Settings as written; every field has a working default. Checked by `NavigatorConfig::try_from`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NavigatorSettings {
+    /// How a goal is reached.
+    pub method: Method,
+    /// Law on a trail.
+    pub trail_controller: TrailController,
+    /// Law on a given path.
+    pub path_controller: PathController,
+    /// What is done about obstacles.
+    pub avoidance: Avoidance,
+    /// When to aim at the target again after a rebound.
+    pub variant: Variant,
+    /// Cruising speed, metres per second: the middle singleton M. L and H are half and one and a
+    /// half times it. From 0.05 to 1.
+    pub speed_mps: f64,
+    /// Time between control steps, seconds, from 0.05 to 2.
+    pub control_period_s: f64,
+    /// What the wheels can do, metres per second squared, from 0.05 to 5; for stopping distances.
+    pub acceleration_mps2: f64,
+    /// Whether to turn in place towards the trail before driving off on it, and where it leads far
+    /// to the side; otherwise the law of the trail does all turning, as in the thesis's experiment 7.4.
+    pub turn_first: bool,
+    /// How long to wait before an obstacle for it to go away, seconds, from 0 to 60. The thesis
+    /// does not wait: 0.
+    pub wait_s: f64,
+    /// Distance at which a target on the way counts as reached (NEAR), metres, from 0.05 to 2.
+    pub near_m: f64,
+    /// Length of the temporary target of the detour variant, metres, from 0.1 to 5.
+    pub detour_m: f64,
+    /// Within this distance of the goal the trail is left for a straight line, metres, 0.1 to 5.
+    pub approach_m: f64,
+    /// The same when the trail has ended, metres, 0.1 to 5.
+    pub approach_from_trail_end_m: f64,
+    /// How near to the goal the robot must stand, metres, from 0.01 to 1.
+    pub goal_tolerance_m: f64,
+    /// How well it must look the goal's way, radians, from 0.005 to 1.
+    pub heading_tolerance_rad: f64,
+    /// How much of the trail the scout keeps known ahead of the robot, metres, from 0 to 20;
+    /// 0 sends no scout while driving.
+    pub preview_m: f64,
+    /// How far the scout walks to find whether a trail leads to the goal, metres, from 1 to 60.
+    pub scout_max_m: f64,
+    /// After so much walking towards the goal the robot sets out, metres, from 1 to 60.
+    pub scout_commit_m: f64,
+    /// How far to drive on after the trail was lost, metres, from 0 to 5.
+    pub lost_drive_m: f64,
+    /// Attempts on one obstacle before the navigator gives up, from 1 to 100.
+    pub attempts_max: u32,
+    /// Time for a whole task, seconds, from 1 to 36 000.
+    pub task_limit_s: f64,
+    /// Time without coming nearer to the goal along the way, seconds, from 1 to 3 600.
+    pub progress_limit_s: f64,
+    /// Silence of the vehicle after which it counts as lost, seconds, from 0.2 to 60.
+    pub link_limit_s: f64,
+    /// Silence of the pheromone server after which a task fails, seconds, from 0.5 to 60.
+    pub server_limit_s: f64,
+    /// Gains K_i of the bubble (6.3.1), one per sensor.
+    pub bubble_gains: Vec<f64>,
+    /// Floors of the bubble, metres, one per sensor.
+    pub bubble_floors_m: Vec<f64>,
+    /// Greatest range of the sensors, metres.
+    pub range_max_m: f64,
+    /// Where the sensors are; at most 16.
+    pub sensors: Vec<RangeSensor>,
+    /// Outline of the robot (m, base frame): convex, counter-clockwise, 3 to 12 corners.
+    pub outline_m: Vec<Vec2>,
+    /// Wheels and encoders.
+    pub drive: DriveGeometry,
+    /// Random errors of the wheels, for the uncertainty that is shown.
+    pub odometry_noise: OdometryNoise,
+    /// Settings of the echo memory.
+    pub echoes: EchoMemoryConfig,
+    /// Settings of the checked detour.
+    pub detour: DetourConfig,
+}
+
+/// Settings that hold together; made only by `try_from`.
+#[derive(Clone, Debug)]
+pub struct NavigatorConfig {
+    pub(crate) settings: NavigatorSettings,
+    pub(crate) bubble: Bubble,
+    pub(crate) footprint: Footprint,
+    pub(crate) period: Duration,
+    pub(crate) wait: Duration,
+    pub(crate) parts: Parts,
+}
+
+/// Parts whose making can fail; made once, cloned by every navigator.
+#[derive(Clone, Debug)]
+pub(crate) struct Parts {
+    pub(crate) machine: Machine,
+    pub(crate) scout: Scout,
+    pub(crate) trail_steering: TrailSteering,
+    pub(crate) line_steering: LineSteering,
+    pub(crate) path_follower: PathFollower,
+}
+
+/// A setting outside its range.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// A single value.
+    #[error("navigator.{key} = {value}: must be {requirement}")]
+    Value {
+        /// The key.
+        key: &'static str,
+        /// What was given.
+        value: f64,
+        /// What is allowed.
+        requirement: &'static str,
+    },
+    /// The bubble.
+    #[error("navigator: {0}")]
+    Bubble(#[from] BubbleError),
+    /// The avoider.
+    #[error("navigator: {0}")]
+    Avoider(#[from] MachineConfigError),
+    /// A follower.
+    #[error("navigator: {0}")]
+    Follower(#[from] SettingError),
+}
+
+impl NavigatorSettings {
+    /// The defaults for a robot of the catalogue: its outline, wheels and its first 16 sonars.
+    pub fn for_robot(model: &RobotModel) -> Self {
+        let place = |mount: &robot_models::SonarMount| {
+            let base_from_sensor = mount.base_from_sensor.se2();
+            RangeSensor {
+                in_base: base_from_sensor.position(),
+                bearing_rad: base_from_sensor.yaw_rad,
+            }
+        };
+        let sensors: Vec<RangeSensor> = model.sonars.iter().take(N_SONARS_MAX).map(place).collect();
+        Self {
+            bubble_gains: sensors.iter().map(|s| default_bubble(s.bearing_rad).0).collect(),
+            bubble_floors_m: sensors.iter().map(|s| default_bubble(s.bearing_rad).1).collect(),
+            sensors,
+            outline_m: model.footprint.corners().to_vec(),
+            drive: model.drive,
+            ..Self::default()
+        }
+    }
+}
+
+impl Default for NavigatorSettings {
+    /// The thesis's values (v 300 mm/s, Δt 200 ms) for a robot without range sensors and with the
+    /// outline and wheels of a Pioneer 3-DX; use [`NavigatorSettings::for_robot`].
+    fn default() -> Self {
+        Self {
+            method: Method::default(),
+            trail_controller: TrailController::default(),
+            path_controller: PathController::default(),
+            avoidance: Avoidance::default(),
+            variant: Variant::default(),
+            speed_mps: 0.3,
+            control_period_s: 0.2,
+            acceleration_mps2: 0.3,
+            turn_first: true,
+            wait_s: 2.5,
+            near_m: 0.25,
+            detour_m: 1.2,
+            approach_m: 0.7,
+            approach_from_trail_end_m: 1.6,
+            goal_tolerance_m: 0.06,
+            heading_tolerance_rad: 4.0_f64.to_radians(),
+            preview_m: 4.0,
+            scout_max_m: 30.0,
+            scout_commit_m: 5.0,
+            lost_drive_m: 0.6,
+            attempts_max: 10,
+            task_limit_s: 900.0,
+            progress_limit_s: 90.0,
+            link_limit_s: 2.0,
+            server_limit_s: 5.0,
+            bubble_gains: Vec::new(),
+            bubble_floors_m: Vec::new(),
+            range_max_m: 5.0,
+            sensors: Vec::new(),
+            outline_m: vec![
+                Vec2::new(0.21, -0.2125),
+                Vec2::new(0.21, 0.2125),
+                Vec2::new(-0.301, 0.2125),
+                Vec2::new(-0.301, -0.2125),
+            ],
+            drive: DriveGeometry {
+                wheelbase_m: 0.38,
+                wheel_diameter_m: 0.195,
+                encoder_ticks_per_turn: 500.0,
+                gear_ratio: 38.3,
+            },
+            odometry_noise: OdometryNoise::default(),
+            echoes: EchoMemoryConfig::default(),
+            detour: DetourConfig::default(),
+        }
+    }
+}
+
+/// Gain and floor (m) of a sensor by its bearing.
+///
+/// At 300 mm/s and 200 ms V·Δt is 60 mm, so ahead the boundary lies at 0.6 m: the robot needs
+/// 0.15 m to stop, moves 0.1 m before a reading is acted upon, and stands with room to turn. To the
+/// sides it shrinks, so that a robot in the middle of a 0.95 m door does not see the posts inside.
+/// Sensors that look sideways or back take no part, as in Annex C.
+fn default_bubble(bearing_rad: f64) -> (f64, f64) {
+    match bearing_rad.abs().to_degrees() {
+        b if b < 22.0 => (10.0, 0.25),
+        b if b < 40.0 => (6.0, 0.32),
+        b if b < 60.0 => (3.5, 0.20),
+        _ => (0.0, 0.0),
+    }
+}
+
+impl NavigatorConfig {
+    /// The settings it was made from.
+    pub fn settings(&self) -> &NavigatorSettings {
+        &self.settings
+    }
+}
+
+/// No wheel is asked for more than this times the cruising speed; H is 1.5 times it.
+const WHEEL_SPEED_MAX_RATIO: f64 = 1.6;
+
+fn trail_steering(s: &NavigatorSettings) -> Result<TrailSteering, SettingError> {
+    if s.trail_controller == TrailController::Fuzzy {
+        return TrailSteering::new();
+    }
+    let config = TrailFollowerConfig {
+        law: s.trail_controller.law(),
+        wheelbase_m: s.drive.wheelbase_m,
+        wheel_speed_max_mps: WHEEL_SPEED_MAX_RATIO * s.speed_mps,
+        ..TrailFollowerConfig::default()
+    };
+    Ok(TrailSteering::of_follower(TrailFollower::new(config)?, s.control_period_s))
+}
+
+/// The settings of the avoider that follow from the navigator's.
+fn machine_config(s: &NavigatorSettings) -> MachineConfig {
+    MachineConfig {
+        variant: s.variant,
+        period_s: s.control_period_s,
+        near_m: s.near_m,
+        detour_m: s.detour_m,
+        rebounds_max: s.attempts_max,
+        // Every sensor of a ring of eight has fired 320 ms after the robot stopped.
+        settle: Duration::from_millis(500),
+        stand_before_turning: true,
+        ..MachineConfig::default()
+    }
+}
+
+impl TryFrom<NavigatorSettings> for NavigatorConfig {
+    type Error = ConfigError;
+
+    fn try_from(settings: NavigatorSettings) -> Result<Self, ConfigError> {
+        check_ranges(&settings)?;
+        let s = &settings;
+        let bubble = Bubble::new(&s.bubble_gains, &s.bubble_floors_m, s.range_max_m)?;
+        let footprint = Footprint::new(&s.outline_m).ok_or(ConfigError::Value {
+            key: "outline_m",
+            value: s.outline_m.len() as f64,
+            requirement: "3 to 12 corners of a convex outline around the axle, counter-clockwise",
+        })?;
+        let period = Duration::from_secs_f64(s.control_period_s);
+        let wait = Duration::from_secs_f64(s.wait_s);
+        let parts = Parts {
+            machine: Machine::new(machine_config(s), &s.sensors, bubble.clone())?,
+            scout: Scout::new()?,
+            trail_steering: trail_steering(s)?,
+            line_steering: LineSteering::new()?,
+            path_follower: PathFollower::new(PathFollowerConfig {
+                law: s.path_controller.law(),
+                wheelbase_m: s.drive.wheelbase_m,
+                wheel_speed_max_mps: WHEEL_SPEED_MAX_RATIO * s.speed_mps,
+            })?,
+        };
+        Ok(Self { settings, bubble, footprint, period, wait, parts })
+    }
+}
+
+fn check_ranges(s: &NavigatorSettings) -> Result<(), ConfigError> {
+    let ranges = [
+        ("speed_mps", s.speed_mps, 0.05, 1.0, "from 0.05 to 1 m/s"),
+        ("control_period_s", s.control_period_s, 0.05, 2.0, "from 0.05 to 2 s"),
+        ("acceleration_mps2", s.acceleration_mps2, 0.05, 5.0, "from 0.05 to 5 m/s²"),
+        ("wait_s", s.wait_s, 0.0, 60.0, "from 0 to 60 s"),
+        ("near_m", s.near_m, 0.05, 2.0, "from 0.05 to 2 m"),
+        ("detour_m", s.detour_m, 0.1, 5.0, "from 0.1 to 5 m"),
+        ("approach_m", s.approach_m, 0.1, 5.0, "from 0.1 to 5 m"),
+        ("approach_from_trail_end_m", s.approach_from_trail_end_m, 0.1, 5.0, "from 0.1 to 5 m"),
+        ("goal_tolerance_m", s.goal_tolerance_m, 0.01, 1.0, "from 0.01 to 1 m"),
+        ("heading_tolerance_rad", s.heading_tolerance_rad, 0.005, 1.0, "from 0.005 to 1 rad"),
+        ("preview_m", s.preview_m, 0.0, 20.0, "from 0 to 20 m"),
+        ("scout_max_m", s.scout_max_m, 1.0, 60.0, "from 1 to 60 m"),
+        ("scout_commit_m", s.scout_commit_m, 1.0, 60.0, "from 1 to 60 m"),
+        ("lost_drive_m", s.lost_drive_m, 0.0, 5.0, "from 0 to 5 m"),
+        ("attempts_max", f64::from(s.attempts_max), 1.0, 100.0, "from 1 to 100"),
+        ("task_limit_s", s.task_limit_s, 1.0, 36_000.0, "from 1 to 36 000 s"),
+        ("progress_limit_s", s.progress_limit_s, 1.0, 3_600.0, "from 1 to 3 600 s"),
+        ("link_limit_s", s.link_limit_s, 0.2, 60.0, "from 0.2 to 60 s"),
+        ("server_limit_s", s.server_limit_s, 0.5, 60.0, "from 0.5 to 60 s"),
+        ("range_max_m", s.range_max_m, 0.1, 100.0, "from 0.1 to 100 m"),
+        ("sensors", s.sensors.len() as f64, 0.0, N_SONARS_MAX as f64, "at most 16 sensors"),
+        ("drive.wheelbase_m", s.drive.wheelbase_m, 0.01, 2.0, "from 0.01 to 2 m"),
+    ];
+    for (key, value, least, most, requirement) in ranges {
+        if !(least..=most).contains(&value) {
+            return Err(ConfigError::Value { key, value, requirement });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_defaults_hold_for_every_robot_of_the_catalogue() {
+        for model in RobotModel::catalogue() {
+            let config = NavigatorConfig::try_from(NavigatorSettings::for_robot(&model)).unwrap();
+            assert!(config.settings().sensors.len() >= 8, "{}", model.name);
+            assert!(config.footprint.turning_radius_m() > 0.3, "{}", model.name);
+        }
+    }
+
+    #[test]
+    fn a_setting_outside_its_range_is_named_with_its_value() {
+        let settings = NavigatorSettings { speed_mps: f64::NAN, ..NavigatorSettings::default() };
+        let error = NavigatorConfig::try_from(settings).unwrap_err();
+        assert_eq!(error.to_string(), "navigator.speed_mps = NaN: must be from 0.05 to 1 m/s");
+        let settings = NavigatorSettings { wait_s: -1.0, ..NavigatorSettings::default() };
+        let error = NavigatorConfig::try_from(settings).unwrap_err();
+        assert_eq!(error.to_string(), "navigator.wait_s = -1: must be from 0 to 60 s");
+        let settings =
+            NavigatorSettings { bubble_gains: vec![1.0], ..NavigatorSettings::default() };
+        assert!(matches!(NavigatorConfig::try_from(settings), Err(ConfigError::Bubble(_))));
+    }
+}

@@ -1,0 +1,42 @@
+//! One robot's mind: a pure function of time from observations to commands.
+//!
+//! [`Navigator::step`] is called every 10 ms or so with what was sensed and received since, and
+//! appends what shall be done. It reads no clock, touches no wire, draws no random number, and
+//! allocates nothing once it runs; equal inputs give equal commands. Whoever owns it connects it to a
+//! real robot or to a simulated one, and it cannot tell which.
+//!
+//! A goal is reached by one of three [`Method`]s. On a pheromone trail the robot asks the server
+//! about its own pose every control period and steers by the difference of two antennas (the
+//! thesis, 5.3 and 7.4); in spare time a *scout*, a virtual twin, asks about poses ahead, so that
+//! the trail is known some metres in advance although the robot has no map of it. Obstacles are
+//! passed by the nine-state machine of crate `obstacle_avoidance`, and the trail is taken up again
+//! behind them.
+//!
+//! Every phase has a limit, and running into one is visible: [`Report::Failed`] with a
+//! [`FailureReason`]. When not to use it: it plans no path of its own and knows no map.
+//!
+//! Source: the thesis (Susnea, c. 2009, Univ. Galati), 1.2, 5.3, 6.3, 7.4, 7.5 and its Annex C;
+//! the scout, waiting before persons and the check of detours against remembered echoes are
+//! extensions. Tests drive it in a closed loop against a world of segments and ideal sonars.
+
+mod ahead;
+mod arrive;
+mod avoid;
+mod config;
+mod inquiry;
+mod messages;
+mod navigator;
+mod scout;
+mod steer;
+mod trail;
+mod view;
+
+pub use config::{
+    Avoidance, ConfigError, Method, NavigatorConfig, NavigatorSettings, PathController,
+    TrailController,
+};
+pub use messages::{
+    Command, FailureReason, GroundCommand, N_SONARS_MAX, Observation, Report, RobotStatus, Sensed,
+};
+pub use navigator::Navigator;
+pub use view::{NavigatorView, Phase};

@@ -1,0 +1,506 @@
+//! The navigator itself: what it remembers, how it takes in observations, and its phases' order.
+
+use geometry::{Base, Map, Odom, Se2, Transform2, Vec2, wrap_to_pi};
+use obstacle_avoidance::{EchoMemory, Machine, State};
+use path_following::{Path, PathFollower, WheelReference};
+use robot_models::PoseCovariance;
+use run_context::Stamp;
+
+use crate::{
+    ahead::Hazard,
+    arrive::Turn,
+    avoid::Bypass,
+    config::{Method, NavigatorConfig},
+    inquiry::{Asker, Inquiry},
+    messages::{
+        Command, FailureReason, GroundCommand, N_SONARS_MAX, Observation, Report, RobotStatus,
+        Sensed,
+    },
+    scout::{Scout, Starts},
+    steer::{LineSteering, TrailSteering, to_wheels},
+    view::{NavigatorView, Phase},
+};
+
+/// Standard deviations that hold a position in the plane with 95 %.
+const ELLIPSE_N_SIGMA: f64 = 2.45;
+
+/// Slowest speed at which a robot is sent anywhere, metres per second.
+pub(crate) const SPEED_MIN_MPS: f64 = 0.08;
+
+/// One robot's mind; see the crate.
+#[derive(Clone, Debug)]
+pub struct Navigator {
+    pub(crate) config: NavigatorConfig,
+    pub(crate) map_from_odom: Transform2<Map, Odom>,
+    pub(crate) status: Option<RobotStatus>,
+    status_at: Stamp,
+    link_up: bool,
+    pub(crate) pose: Se2,
+    covariance: PoseCovariance,
+    pub(crate) echoes: EchoMemory,
+    pub(crate) machine: Machine,
+    pub(crate) bypass: Bypass,
+    pub(crate) inquiry: Inquiry,
+    pub(crate) scout: Scout,
+    /// The walk that did best so far while several are tried.
+    pub(crate) scout_best: Scout,
+    pub(crate) starts: Starts,
+    pub(crate) trail_steering: TrailSteering,
+    pub(crate) line_steering: LineSteering,
+    pub(crate) phase: Phase,
+    pub(crate) phase_since: Stamp,
+    pub(crate) goal: Option<Transform2<Map, Base>>,
+    /// Intermediate goals of the direct method and how many are behind.
+    via: Vec<Vec2>,
+    n_via_done: usize,
+    /// The given path of the path method.
+    pub(crate) path: Option<Path>,
+    pub(crate) path_follower: PathFollower,
+    /// The path ahead: where the trail runs, or the given path.
+    pub(crate) preview: Vec<Vec2>,
+    pub(crate) preview_index: usize,
+    pub(crate) turn: Option<Turn>,
+    pub(crate) next_control: Stamp,
+    task_since: Stamp,
+    progress_at: Stamp,
+    nearest_m: f64,
+    pub(crate) own_wanted: bool,
+    pub(crate) intensities: Option<(f64, f64)>,
+    pub(crate) last_own_at: Stamp,
+    pub(crate) lost_from: Option<Vec2>,
+    pub(crate) n_aims: u32,
+    pub(crate) motion: WheelReference,
+    pub(crate) line_from: Vec2,
+    pub(crate) n_approach_aims: u32,
+    shown_state: u8,
+    /// How far the robot came straight forward to where it is: so far it may back off blindly.
+    pub(crate) straight_m: f64,
+    straight_yaw_rad: f64,
+    straight_from: Vec2,
+    /// The way driven since the navigator began, metres.
+    pub(crate) driven_m: f64,
+    /// A turn in an arc that is under way: its heading (rad, map) and since when.
+    pub(crate) curve: Option<(f64, Stamp)>,
+}
+
+impl Navigator {
+    /// A navigator without a goal, on a robot whose dead reckoning begins at `map_from_odom`.
+    pub fn new(config: NavigatorConfig, map_from_odom: Transform2<Map, Odom>) -> Self {
+        let settings = &config.settings;
+        let parts = config.parts.clone();
+        Self {
+            map_from_odom,
+            status: None,
+            status_at: Stamp::ZERO,
+            link_up: true,
+            pose: map_from_odom.se2(),
+            covariance: PoseCovariance::zero(),
+            echoes: EchoMemory::new(settings.echoes),
+            machine: parts.machine,
+            bypass: Bypass::default(),
+            inquiry: Inquiry::default(),
+            scout_best: parts.scout.clone().with_room(),
+            scout: parts.scout.with_room(),
+            starts: Starts::default(),
+            trail_steering: parts.trail_steering,
+            line_steering: parts.line_steering,
+            phase: Phase::Idle,
+            phase_since: Stamp::ZERO,
+            goal: None,
+            via: Vec::new(),
+            n_via_done: 0,
+            path: None,
+            path_follower: parts.path_follower,
+            preview: Vec::with_capacity(1024),
+            preview_index: 0,
+            turn: None,
+            next_control: Stamp::ZERO,
+            task_since: Stamp::ZERO,
+            progress_at: Stamp::ZERO,
+            nearest_m: f64::INFINITY,
+            own_wanted: false,
+            intensities: None,
+            last_own_at: Stamp::ZERO,
+            lost_from: None,
+            n_aims: 0,
+            motion: WheelReference::STOP,
+            line_from: Vec2::zeros(),
+            n_approach_aims: 0,
+            shown_state: 0,
+            straight_m: 0.0,
+            straight_yaw_rad: map_from_odom.se2().yaw_rad,
+            straight_from: map_from_odom.se2().position(),
+            driven_m: 0.0,
+            curve: None,
+            config,
+        }
+    }
+
+    /// Intermediate goals (m, map) that the direct method visits before every goal, in order.
+    pub fn set_intermediate_goals(&mut self, via_in_map: Vec<Vec2>) {
+        self.via = via_in_map;
+    }
+
+    /// The path (m, map) that the path method follows to its goal, from start to goal.
+    pub fn set_path(&mut self, path_in_map: Path) {
+        self.path = Some(path_in_map);
+    }
+
+    /// Takes in what was observed and appends what shall be done.
+    ///
+    /// `now` never decreases. Calls every 10 ms make it react fastest; control runs in its own
+    /// period whatever the calls' rate. Reports and commands are in the order of their causes. No
+    /// allocation once `commands` and the navigator have run a while.
+    pub fn step(&mut self, now: Stamp, observations: &[Observation], commands: &mut Vec<Command>) {
+        for observation in observations {
+            self.observe(now, observation, commands);
+        }
+        if now >= self.next_control {
+            self.next_control = self.next_control.max(now) + self.config.period;
+            self.control(now, commands);
+        }
+        self.pump_questions(now, commands);
+        self.show_state(commands);
+    }
+
+    /// What it is busy with.
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// Everything worth showing.
+    pub fn view(&self) -> NavigatorView<'_> {
+        let mut bubble_limits_m = [0.0; N_SONARS_MAX];
+        let settings = &self.config.settings;
+        let speed_mps = self.speed_mps().abs().max(0.5 * settings.speed_mps);
+        self.config.bubble.limits(speed_mps, settings.control_period_s, &mut bubble_limits_m);
+        let preview_from = self.preview_index.min(self.preview.len());
+        let on_trail = matches!(self.phase, Phase::FollowTrail | Phase::LostTrail);
+        let trail_error = self.intensities.map_or(0.0, |(left, right)| left - right);
+        NavigatorView {
+            phase: self.phase,
+            avoider_state: self.machine.state().byte(),
+            avoider_name: self.machine.state().name(),
+            map_from_base: Transform2::new(self.pose),
+            ellipse: self.covariance.ellipse(ELLIPSE_N_SIGMA),
+            goal_in_map: self.goal,
+            target_in_map: self.target(),
+            preview_in_map: &self.preview[preview_from..],
+            intensities: self.intensities,
+            bubble_limits_m,
+            n_sonars: self.status.map_or(0, |s| s.n_sonars),
+            follower_error: if on_trail { trail_error } else { self.line_steering.error_m },
+            rebound_rad: self.machine.rebound_rad(),
+            n_echoes: self.echoes.len(),
+            n_attempts: self.machine.n_rebounds() + self.bypass.n_retreats,
+        }
+    }
+
+    /// Replaces the place of the robot's dead reckoning in the map, as a localiser found it.
+    pub fn set_map_from_odom(&mut self, map_from_odom: Transform2<Map, Odom>) {
+        self.map_from_odom = map_from_odom;
+        if let Some(status) = self.status {
+            self.pose = (map_from_odom * status.odom_from_base).se2();
+        }
+        // What was remembered in the map is in the wrong place now.
+        self.echoes.clear();
+    }
+
+    fn observe(&mut self, now: Stamp, observation: &Observation, commands: &mut Vec<Command>) {
+        match observation.value {
+            Sensed::Robot(status) => self.observe_robot(now, observation.about, status, commands),
+            Sensed::Pheromones { query, left, right } => {
+                let intensities = (left.max(0.0), right.max(0.0));
+                match self.inquiry.answer(query) {
+                    Some(Asker::Own) => self.follow_trail_step(now, intensities, commands),
+                    Some(Asker::Scout) => self.scout_step(intensities),
+                    None => {}
+                }
+            }
+            Sensed::Ground(order) => self.obey(now, order, commands),
+            Sensed::LinkUp => self.link_up = true,
+            Sensed::LinkDown => self.link_up = false,
+        }
+    }
+
+    fn observe_robot(
+        &mut self,
+        now: Stamp,
+        about: Stamp,
+        status: RobotStatus,
+        commands: &mut Vec<Command>,
+    ) {
+        let pose = (self.map_from_odom * status.odom_from_base).se2();
+        let settings = &self.config.settings;
+        if self.status.is_some() {
+            let moved = self.pose.inverse().compose(pose).log();
+            self.driven_m += moved.dx_m.abs();
+            let half_turn_m = 0.5 * moved.dyaw_rad * settings.drive.wheelbase_m;
+            self.covariance = self.covariance.propagated(
+                self.pose.yaw_rad,
+                moved.dx_m - half_turn_m,
+                moved.dx_m + half_turn_m,
+                &settings.drive,
+                &settings.odometry_noise,
+            );
+        }
+        self.pose = pose;
+        self.status = Some(status);
+        self.status_at = now;
+        self.link_up = true;
+        let n_sonars = status.n_sonars.min(N_SONARS_MAX);
+        let ranges_m = &status.sonar_ranges_m[..n_sonars];
+        let fresh = u32::from(status.sonar_fresh);
+        self.echoes.observe(about, pose, &settings.sensors, ranges_m, fresh);
+        self.echoes.forget_inside(pose, &self.config.footprint, 0.02);
+        self.note_straight_way(pose);
+        // Between two control steps only the brake reacts; the phases find out why at the next.
+        if self.motion.linear_mps() > 0.0 && self.hazard(now) != Hazard::None {
+            self.stop_wheels(commands);
+        }
+    }
+
+    /// `pose` is new, `self.pose` as well; the way since the last status is in the wheels' speeds.
+    fn note_straight_way(&mut self, pose: Se2) {
+        if wrap_to_pi(pose.yaw_rad - self.straight_yaw_rad).abs() > 0.12 {
+            self.straight_yaw_rad = pose.yaw_rad;
+            self.straight_from = pose.position();
+        }
+        let way = pose.position() - self.straight_from;
+        self.straight_m = way.dot(&pose.heading()).max(0.0);
+    }
+
+    fn obey(&mut self, now: Stamp, order: GroundCommand, commands: &mut Vec<Command>) {
+        match order {
+            GroundCommand::GoTo { goal_in_map } => self.go_to(now, goal_in_map, commands),
+            GroundCommand::Stop => {
+                self.forget_task(now);
+                self.stop_wheels(commands);
+                self.enter(Phase::Idle, now);
+            }
+            GroundCommand::Restart => {
+                self.forget_task(now);
+                self.echoes.clear();
+                self.stop_wheels(commands);
+                commands.push(Command::EnableMotors(true));
+                commands.push(Command::Report(Report::StateEntered(0)));
+                self.enter(Phase::Idle, now);
+            }
+            GroundCommand::ReportSonar => {
+                let mut ranges_m = [self.config.settings.range_max_m; 8];
+                if let Some(status) = &self.status {
+                    let known = status.n_sonars.min(8);
+                    ranges_m[..known].copy_from_slice(&status.sonar_ranges_m[..known]);
+                }
+                commands.push(Command::Report(Report::Sonar(ranges_m)));
+            }
+            GroundCommand::LinkTest => commands.push(Command::Report(Report::LinkEcho)),
+        }
+    }
+
+    fn go_to(&mut self, now: Stamp, goal: Transform2<Map, Base>, commands: &mut Vec<Command>) {
+        self.forget_task(now);
+        self.stop_wheels(commands);
+        let pose = goal.se2();
+        if !(pose.x_m.is_finite() && pose.y_m.is_finite() && pose.yaw_rad.is_finite()) {
+            self.fail(FailureReason::BadGoal, now, commands);
+            return;
+        }
+        if self.status.is_some_and(|s| !s.motors_enabled) {
+            commands.push(Command::EnableMotors(true));
+        }
+        self.goal = Some(goal);
+        self.task_since = now;
+        self.note_progress(now);
+        self.next_control = now;
+        match self.config.settings.method {
+            Method::Trail => self.aim_at_trail(now),
+            Method::Direct => {
+                let target = self.via.first().copied().unwrap_or(pose.position());
+                self.drive_to(target, now);
+            }
+            Method::Path => self.begin_path(now, commands),
+        }
+    }
+
+    fn begin_path(&mut self, now: Stamp, commands: &mut Vec<Command>) {
+        let Some(path) = &self.path else {
+            self.fail(FailureReason::NoTrail, now, commands);
+            return;
+        };
+        // Resampled like a scout's walk, so that everything after works on both.
+        self.preview.clear();
+        let n_steps = (path.length_m() / 0.12).ceil().clamp(1.0, 4000.0);
+        for k in 0..=(n_steps as u32) {
+            let along_m = path.length_m() * f64::from(k) / n_steps;
+            self.preview.push(path.point_at(along_m));
+        }
+        self.preview_index = 0;
+        self.path_follower.restart();
+        self.scout.clear();
+        self.enter(Phase::FollowTrail, now);
+    }
+
+    /// One control period.
+    fn control(&mut self, now: Stamp, commands: &mut Vec<Command>) {
+        if matches!(self.phase, Phase::Idle | Phase::Arrived | Phase::Failed(_)) {
+            return;
+        }
+        if let Some(reason) = self.limit_reached(now) {
+            self.fail(reason, now, commands);
+            return;
+        }
+        if self.status.is_none() {
+            return;
+        }
+        self.watch_progress(now);
+        match self.phase {
+            Phase::AimAtTrail => self.aim_step(now, commands),
+            Phase::FollowTrail => self.follow_control(now, commands),
+            Phase::LostTrail => self.lost_control(now, commands),
+            Phase::Wait => self.wait_step(now, commands),
+            Phase::DriveToTarget | Phase::Avoid | Phase::Rejoin => self.machine_step(now, commands),
+            Phase::Approach => self.approach_step(now, commands),
+            Phase::AlignHeading => self.align_step(now, commands),
+            Phase::Idle | Phase::Arrived | Phase::Failed(_) => {}
+        }
+    }
+
+    fn limit_reached(&self, now: Stamp) -> Option<FailureReason> {
+        let settings = &self.config.settings;
+        let over = |since: Stamp, limit_s: f64| now.since(since).as_secs_f64() > limit_s;
+        let silent_s = self.inquiry.silence(now).as_secs_f64();
+        if over(self.status_at.max(self.task_since), settings.link_limit_s) || !self.link_up {
+            Some(FailureReason::LinkLost)
+        } else if over(self.task_since, settings.task_limit_s) {
+            Some(FailureReason::TimedOut)
+        } else if over(self.progress_at, settings.progress_limit_s) {
+            Some(FailureReason::NoProgress)
+        } else if silent_s > settings.server_limit_s {
+            Some(FailureReason::ServerSilent)
+        } else {
+            None
+        }
+    }
+
+    fn watch_progress(&mut self, now: Stamp) {
+        let Some(goal) = self.goal else { return };
+        let distance_m = (goal.se2().position() - self.pose.position()).norm();
+        if distance_m < self.nearest_m - 0.25 {
+            self.nearest_m = distance_m;
+            self.note_progress(now);
+        }
+    }
+
+    pub(crate) fn note_progress(&mut self, now: Stamp) {
+        self.progress_at = now;
+    }
+
+    pub(crate) fn drive(&mut self, wheels: WheelReference, commands: &mut Vec<Command>) {
+        self.motion = wheels;
+        commands.push(Command::Drive(to_wheels(wheels)));
+    }
+
+    pub(crate) fn stop_wheels(&mut self, commands: &mut Vec<Command>) {
+        self.motion = WheelReference::STOP;
+        commands.push(Command::Stop);
+    }
+
+    pub(crate) fn enter(&mut self, phase: Phase, now: Stamp) {
+        if phase == Phase::Approach && self.phase != Phase::Approach {
+            self.line_from = self.pose.position();
+        }
+        if phase != self.phase {
+            self.turn = None;
+        }
+        self.phase = phase;
+        self.phase_since = now;
+        self.own_wanted = false;
+    }
+
+    pub(crate) fn fail(&mut self, reason: FailureReason, now: Stamp, commands: &mut Vec<Command>) {
+        let goal = self.goal;
+        self.forget_task(now);
+        self.goal = goal;
+        self.stop_wheels(commands);
+        self.enter(Phase::Failed(reason), now);
+        commands.push(Command::Report(Report::Failed(reason)));
+    }
+
+    pub(crate) fn forget_task(&mut self, now: Stamp) {
+        self.goal = None;
+        self.machine.stop(now);
+        self.bypass = Bypass::default();
+        self.inquiry.cancel();
+        self.scout.clear();
+        self.preview.clear();
+        self.preview_index = 0;
+        self.turn = None;
+        self.curve = None;
+        self.own_wanted = false;
+        self.lost_from = None;
+        self.n_aims = 0;
+        self.n_via_done = 0;
+        self.n_approach_aims = 0;
+        self.nearest_m = f64::INFINITY;
+        self.trail_steering.forget();
+    }
+
+    /// The direct method: the machine reached what it was sent to.
+    pub(crate) fn target_reached(&mut self, now: Stamp) {
+        self.n_via_done += 1;
+        let next = self.via.get(self.n_via_done).copied();
+        match (next, self.goal_point()) {
+            (Some(via), _) => self.drive_to(via, now),
+            (None, Some(goal)) if self.n_via_done == self.via.len() => self.drive_to(goal, now),
+            _ => self.enter(Phase::Approach, now),
+        }
+        self.note_progress(now);
+        self.nearest_m = f64::INFINITY;
+    }
+
+    fn drive_to(&mut self, target: Vec2, now: Stamp) {
+        self.machine.set_target(target, now);
+        self.enter(Phase::DriveToTarget, now);
+    }
+
+    pub(crate) fn goal_point(&self) -> Option<Vec2> {
+        self.goal.map(|goal| goal.se2().position())
+    }
+
+    /// Measured speed over ground, metres per second.
+    pub(crate) fn speed_mps(&self) -> f64 {
+        self.status.map_or(0.0, |s| 0.5 * (s.wheel_speeds.left_mps + s.wheel_speeds.right_mps))
+    }
+
+    fn target(&self) -> Option<Vec2> {
+        match self.phase {
+            Phase::DriveToTarget | Phase::Avoid | Phase::Rejoin => self.machine.target(),
+            Phase::Approach | Phase::AlignHeading => self.goal_point(),
+            _ => None,
+        }
+    }
+
+    /// On a trail the machine is idle; what the robot does has the same names.
+    fn show_state(&mut self, commands: &mut Vec<Command>) {
+        let state = match self.phase {
+            Phase::AimAtTrail => State::Aim,
+            Phase::FollowTrail | Phase::LostTrail | Phase::Approach if self.turn.is_some() => {
+                State::Rotate
+            }
+            Phase::FollowTrail | Phase::LostTrail | Phase::Approach => State::Control,
+            Phase::AlignHeading => State::Rotate,
+            Phase::Wait => State::Supervise,
+            Phase::DriveToTarget | Phase::Avoid | Phase::Rejoin => {
+                // The machine reports for itself.
+                self.shown_state = self.machine.state().byte();
+                return;
+            }
+            Phase::Idle | Phase::Arrived | Phase::Failed(_) => State::Idle,
+        };
+        if state.byte() != self.shown_state {
+            self.shown_state = state.byte();
+            commands.push(Command::Report(Report::StateEntered(state.byte())));
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! What a navigator shows of itself: for screens and recordings, never read back.
+
+use geometry::{Base, Map, Transform2, Vec2};
+use robot_models::UncertaintyEllipse;
+
+use crate::messages::{FailureReason, N_SONARS_MAX};
+
+/// What a navigator is busy with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Phase {
+    /// No goal.
+    #[default]
+    Idle,
+    /// Standing; asks the server around itself where a trail is and where it leads.
+    AimAtTrail,
+    /// Drives towards the trail, or to its target, in a straight line.
+    DriveToTarget,
+    /// Follows the trail.
+    FollowTrail,
+    /// Stands before an obstacle and waits for it to go away (extension).
+    Wait,
+    /// Goes around an obstacle.
+    Avoid,
+    /// Drives back to the trail beyond an obstacle.
+    Rejoin,
+    /// Lost the trail: drives on slowly, then looks around.
+    LostTrail,
+    /// Drives straight to the goal.
+    Approach,
+    /// Turns to the goal's heading.
+    AlignHeading,
+    /// Stands at the goal.
+    Arrived,
+    /// Gave up and stands.
+    Failed(FailureReason),
+}
+
+impl Phase {
+    /// A few words for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Idle => "idle",
+            Self::AimAtTrail => "looking for the trail",
+            Self::DriveToTarget => "driving to the target",
+            Self::FollowTrail => "following the trail",
+            Self::Wait => "waiting for the way to clear",
+            Self::Avoid => "avoiding an obstacle",
+            Self::Rejoin => "rejoining the trail",
+            Self::LostTrail => "trail lost",
+            Self::Approach => "approaching the goal",
+            Self::AlignHeading => "turning to the goal's heading",
+            Self::Arrived => "arrived",
+            Self::Failed(_) => "failed",
+        }
+    }
+}
+
+/// A navigator at one instant.
+#[derive(Clone, Copy, Debug)]
+pub struct NavigatorView<'a> {
+    /// What it is busy with.
+    pub phase: Phase,
+    /// State of the avoider's machine, 0–8.
+    pub avoider_state: u8,
+    /// The same in words.
+    pub avoider_name: &'static str,
+    /// Estimated pose.
+    pub map_from_base: Transform2<Map, Base>,
+    /// Where the robot lies with about 95 % probability if the odometry's error model holds (2.45 σ).
+    pub ellipse: UncertaintyEllipse,
+    /// The goal, if any.
+    pub goal_in_map: Option<Transform2<Map, Base>>,
+    /// The point that is driven to at present, if any (m, map).
+    pub target_in_map: Option<Vec2>,
+    /// The path ahead as far as it is known: the scout's walk or the given path (m, map).
+    pub preview_in_map: &'a [Vec2],
+    /// The last intensities at the robot's own pose: left, right.
+    pub intensities: Option<(f64, f64)>,
+    /// The bubble's boundary of each sensor, metres; zero where there is no sensor.
+    pub bubble_limits_m: [f64; N_SONARS_MAX],
+    /// Number of sensors of which `bubble_limits_m` speaks.
+    pub n_sonars: usize,
+    /// The follower's error: P_L − P_R on a trail, metres to the left on a path.
+    pub follower_error: f64,
+    /// The last rebound angle relative to the robot's heading at that time, radians.
+    pub rebound_rad: Option<f64>,
+    /// Echoes remembered for guarding (m, map).
+    pub n_echoes: usize,
+    /// Attempts used on the present obstacle.
+    pub n_attempts: u32,
+}

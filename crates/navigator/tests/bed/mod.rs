@@ -1,0 +1,433 @@
+//! A small closed loop for one navigator: a world of segments, one person, sonars, ideal wheels.
+//!
+//! No wire: observations are delayed as the wire would delay them, and commands act at once.
+
+#![allow(
+    dead_code,
+    unreachable_pub,
+    clippy::allow_attributes,
+    reason = "every test file uses a part of the bed"
+)]
+
+use std::time::Duration;
+
+use geometry::{
+    Base, Map, Odom, Polygon, Ray, RayCaster, RayHit, Se2, Segment, SegmentWorld, Transform2,
+    Twist, Vec2, wrap_to_pi,
+};
+use navigator::{
+    Command, GroundCommand, N_SONARS_MAX, Navigator, NavigatorConfig, NavigatorSettings,
+    Observation, Phase, Report, RobotStatus, Sensed,
+};
+use pheromones::{Field, SenseConfig};
+use robot_models::{BodyVelocity, RobotModel, WheelSpeeds, ramp};
+use run_context::{RandomStream, RunSeed, Stamp};
+use sensor_models::{SonarModel, materials};
+
+pub const PLASTER: u32 = 0;
+pub const CARDBOARD: u32 = 5;
+pub const PERSON: u32 = 6;
+
+/// A person who walks from one point to another and on, at constant speed, and stops before robots
+/// only if `yields`.
+#[derive(Clone, Copy, Debug)]
+pub struct Person {
+    pub from: Vec2,
+    pub to: Vec2,
+    pub speed_mps: f64,
+    pub starts: Stamp,
+    pub yields: bool,
+}
+
+pub const PERSON_RADIUS_M: f64 = 0.2;
+
+pub struct Scene {
+    pub walls: SegmentWorld,
+    pub person: Option<Vec2>,
+}
+
+impl RayCaster for Scene {
+    fn cast(&self, ray: &Ray, range_max_m: f64) -> Option<RayHit> {
+        let wall = self.walls.cast(ray, range_max_m);
+        let person = self.person.and_then(|centre| hit_circle(ray, centre, range_max_m));
+        match (wall, person) {
+            (Some(a), Some(b)) => Some(if a.distance_m < b.distance_m { a } else { b }),
+            (a, b) => a.or(b),
+        }
+    }
+}
+
+fn hit_circle(ray: &Ray, centre: Vec2, range_max_m: f64) -> Option<RayHit> {
+    let to = centre - ray.origin;
+    let along = to.dot(&ray.direction);
+    let across2 = to.norm_squared() - along * along;
+    let half2 = PERSON_RADIUS_M * PERSON_RADIUS_M - across2;
+    if half2 < 0.0 {
+        return None;
+    }
+    let distance_m = along - half2.sqrt();
+    (distance_m > 0.0 && distance_m <= range_max_m).then(|| {
+        let at = ray.origin + ray.direction * distance_m;
+        RayHit { distance_m, normal: (at - centre).normalize(), tag: PERSON }
+    })
+}
+
+/// What the wheels were told.
+#[derive(Clone, Copy, Debug)]
+enum Order {
+    Drive(WheelSpeeds),
+    TurnTo(f64),
+}
+
+#[derive(Clone, Debug)]
+pub struct Figures {
+    pub phase: Phase,
+    pub time_s: f64,
+    pub n_touched: u32,
+    pub clearance_min_m: f64,
+    pub goal_error_m: f64,
+    pub heading_error_rad: f64,
+    pub way_m: f64,
+    pub reports: Vec<Report>,
+    /// Poses every 200 ms.
+    pub track: Vec<Se2>,
+}
+
+pub struct Bed {
+    pub navigator: Navigator,
+    pub scene: Scene,
+    pub field: Field,
+    pub sense: SenseConfig,
+    pub model: RobotModel,
+    pub sonar: SonarModel,
+    pub n_sonars: usize,
+    pub person: Option<Person>,
+    pub world_from_base: Se2,
+    pub map_from_odom: Se2,
+    pub wheels: WheelSpeeds,
+    order: Order,
+    pub now: Stamp,
+    rng: RandomStream,
+    ranges_m: [f64; N_SONARS_MAX],
+    fresh: u16,
+    next_sensor: usize,
+    pending: Vec<(Stamp, Observation)>,
+    commands: Vec<Command>,
+    due: Vec<Observation>,
+    pub figures: Figures,
+    pub server_answers: bool,
+    pub server_pause: Option<(Stamp, Stamp)>,
+    pub cut_link_at: Option<Stamp>,
+    pub count_allocations: bool,
+    /// Allocations of the navigator's last step, if they are counted.
+    pub n_allocations: u64,
+    pub trace: bool,
+    pub goal: Se2,
+}
+
+pub fn boxed(centre: Vec2, size: Vec2, yaw_rad: f64) -> Vec<(Segment, u32)> {
+    let pose = Se2::new(centre.x, centre.y, yaw_rad);
+    let half = size / 2.0;
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+        .map(|(x, y)| pose.transform_point(Vec2::new(x * half.x, y * half.y)));
+    (0..4).map(|i| (Segment { a: corners[i], b: corners[(i + 1) % 4] }, CARDBOARD)).collect()
+}
+
+pub fn wall(x0: f64, y0: f64, x1: f64, y1: f64) -> (Segment, u32) {
+    (Segment { a: Vec2::new(x0, y0), b: Vec2::new(x1, y1) }, PLASTER)
+}
+
+pub fn trail(points: &[(f64, f64)]) -> Field {
+    let mut field = Field::new(101, 101, 0.2).unwrap();
+    let points: Vec<Vec2> = points.iter().map(|&(x, y)| Vec2::new(x, y)).collect();
+    field.draw_trail(&points, 1);
+    field
+}
+
+impl Bed {
+    pub fn new(
+        settings: impl FnOnce(NavigatorSettings) -> NavigatorSettings,
+        walls: Vec<(Segment, u32)>,
+        field: Field,
+        start: Se2,
+        seed: u64,
+    ) -> Self {
+        let model = RobotModel::by_name("pioneer3dx").unwrap();
+        let settings = settings(NavigatorSettings::for_robot(&model));
+        let config = NavigatorConfig::try_from(settings).unwrap();
+        let navigator = Navigator::new(config, Transform2::<Map, Odom>::new(start));
+        Self {
+            navigator,
+            scene: Scene { walls: SegmentWorld::new(walls), person: None },
+            field,
+            sense: SenseConfig::default(),
+            sonar: SonarModel::default(),
+            n_sonars: 8,
+            person: None,
+            world_from_base: start,
+            map_from_odom: start,
+            wheels: WheelSpeeds::ZERO,
+            order: Order::Drive(WheelSpeeds::ZERO),
+            now: Stamp::ZERO,
+            rng: RunSeed(seed).stream("bed"),
+            ranges_m: [5.0; N_SONARS_MAX],
+            fresh: 0,
+            next_sensor: 0,
+            pending: Vec::new(),
+            commands: Vec::with_capacity(64),
+            due: Vec::new(),
+            figures: Figures {
+                phase: Phase::Idle,
+                time_s: 0.0,
+                n_touched: 0,
+                clearance_min_m: 5.0,
+                goal_error_m: f64::NAN,
+                heading_error_rad: f64::NAN,
+                way_m: 0.0,
+                reports: Vec::new(),
+                track: Vec::new(),
+            },
+            server_answers: true,
+            server_pause: None,
+            cut_link_at: None,
+            count_allocations: false,
+            n_allocations: 0,
+            trace: false,
+            goal: Se2::new(8.0, 0.0, 0.0),
+            model,
+        }
+    }
+
+    /// Puts in another navigator, with changed settings.
+    pub fn change_settings(&mut self, change: impl FnOnce(NavigatorSettings) -> NavigatorSettings) {
+        let settings = change(NavigatorSettings::for_robot(&self.model));
+        let config = NavigatorConfig::try_from(settings).unwrap();
+        let map_from_odom = Transform2::<Map, Odom>::new(self.map_from_odom);
+        self.navigator = Navigator::new(config, map_from_odom);
+    }
+
+    /// Sends the goal after a second and runs until the task has ended or the time is over.
+    pub fn run_to(&mut self, goal: Se2, limit_s: f64) -> Figures {
+        for _ in 0..100 {
+            self.tick();
+        }
+        let goal_in_map = Transform2::<Map, Base>::new(goal);
+        self.tell(Sensed::Ground(GroundCommand::GoTo { goal_in_map }));
+        let end = self.now + Duration::from_secs_f64(limit_s);
+        let begin = self.now;
+        while self.now < end {
+            self.tick();
+            let phase = self.navigator.phase();
+            if matches!(phase, Phase::Arrived | Phase::Failed(_))
+                && self.now > begin + Duration::from_secs(1)
+            {
+                break;
+            }
+        }
+        let offset = goal.position() - self.world_from_base.position();
+        self.figures.phase = self.navigator.phase();
+        self.figures.time_s = self.now.since(begin).as_secs_f64();
+        self.figures.goal_error_m = offset.norm();
+        self.figures.heading_error_rad = wrap_to_pi(goal.yaw_rad - self.world_from_base.yaw_rad);
+        self.figures.clone()
+    }
+
+    pub fn tell(&mut self, value: Sensed) {
+        self.pending.push((self.now, Observation { about: self.now, value }));
+    }
+
+    /// Ten milliseconds.
+    pub fn tick(&mut self) {
+        self.now += Duration::from_millis(10);
+        let ms = self.now.as_nanos() / 1_000_000;
+        self.move_person();
+        self.move_robot();
+        if ms.is_multiple_of(40) {
+            self.ping();
+        }
+        if ms.is_multiple_of(100) {
+            self.report_status();
+        }
+        self.run_navigator();
+        self.judge(ms);
+    }
+
+    fn move_person(&mut self) {
+        let Some(person) = self.person else { return };
+        let along = person.to - person.from;
+        let walked = person.speed_mps * self.now.since(person.starts).as_secs_f64();
+        let at = person.from + along.normalize() * walked.min(along.norm());
+        if person.yields && self.now >= person.starts {
+            let gap = (at - self.world_from_base.position()).norm();
+            if gap < 0.75 && walked < along.norm() {
+                // Stands until the robot has gone: time stops for this person.
+                let starts = person.starts + Duration::from_millis(10);
+                self.person = Some(Person { starts, ..person });
+                return;
+            }
+        }
+        self.scene.person = (self.now >= person.starts).then_some(at);
+    }
+
+    fn move_robot(&mut self) {
+        let step = Duration::from_millis(10);
+        let drive = &self.model.drive;
+        let reference = match self.order {
+            Order::Drive(wheels) => wheels,
+            Order::TurnTo(heading_rad) => {
+                let error_rad = wrap_to_pi(heading_rad - self.world_from_base.yaw_rad);
+                // As fast as still stops in time: ω² = 2 α |error|, α = 2 a / b.
+                let alpha = 0.8 * 2.0 * 0.3 / drive.wheelbase_m;
+                let omega = (2.0 * alpha * error_rad.abs()).sqrt().min(0.9).copysign(error_rad);
+                let omega = if error_rad.abs() < 0.01 { 0.0 } else { omega };
+                drive.wheel_speeds(BodyVelocity { linear_mps: 0.0, angular_radps: omega })
+            }
+        };
+        self.wheels = ramp(self.wheels, reference, 0.3, step);
+        let velocity = drive.body_velocity(self.wheels);
+        let seconds = step.as_secs_f64();
+        self.figures.way_m += velocity.linear_mps.abs() * seconds;
+        self.world_from_base = self.world_from_base.compose(Se2::exp(Twist {
+            dx_m: velocity.linear_mps * seconds,
+            dy_m: 0.0,
+            dyaw_rad: velocity.angular_radps * seconds,
+        }));
+    }
+
+    /// One sensor of each array, as the real ring does.
+    fn ping(&mut self) {
+        for index in (self.next_sensor..self.n_sonars).step_by(8) {
+            let mount = self.model.sonars[index].base_from_sensor.se2();
+            let world_from_sensor = self.world_from_base.compose(mount);
+            let echo = self.sonar.ping(world_from_sensor, &self.scene, materials(), &mut self.rng);
+            self.ranges_m[index] = echo.range_m;
+            self.fresh |= 1 << index;
+        }
+        self.next_sensor = (self.next_sensor + 1) % 8;
+    }
+
+    fn report_status(&mut self) {
+        if self.cut_link_at.is_some_and(|at| self.now >= at) {
+            return;
+        }
+        let odom_from_base = self.map_from_odom.inverse().compose(self.world_from_base);
+        let status = RobotStatus {
+            odom_from_base: Transform2::<Odom, Base>::new(odom_from_base),
+            wheel_speeds: self.wheels,
+            sonar_ranges_m: self.ranges_m,
+            n_sonars: self.n_sonars,
+            sonar_fresh: self.fresh,
+            stalled: [false; 2],
+            moving: self.wheels != WheelSpeeds::ZERO,
+            motors_enabled: true,
+            battery_v: 12.6,
+        };
+        self.fresh = 0;
+        let arrives = self.now + Duration::from_millis(20);
+        self.pending.push((arrives, Observation { about: self.now, value: Sensed::Robot(status) }));
+    }
+
+    fn run_navigator(&mut self) {
+        let now = self.now;
+        self.due.clear();
+        let due = &mut self.due;
+        self.pending.retain(|(at, observation)| {
+            let is_due = *at <= now;
+            if is_due {
+                due.push(*observation);
+            }
+            !is_due
+        });
+        self.commands.clear();
+        if self.count_allocations {
+            let (navigator, due, commands) = (&mut self.navigator, &self.due, &mut self.commands);
+            let info = allocation_counter::measure(|| navigator.step(now, due, commands));
+            self.n_allocations = info.count_total;
+        } else {
+            self.navigator.step(now, &self.due, &mut self.commands);
+        }
+        for k in 0..self.commands.len() {
+            self.obey(self.commands[k]);
+        }
+    }
+
+    fn obey(&mut self, command: Command) {
+        match command {
+            Command::Drive(wheels) => self.order = Order::Drive(wheels),
+            Command::Stop => self.order = Order::Drive(WheelSpeeds::ZERO),
+            Command::TurnTo { heading_in_odom_rad } => {
+                let heading = wrap_to_pi(heading_in_odom_rad + self.map_from_odom.yaw_rad);
+                self.order = Order::TurnTo(heading);
+            }
+            Command::EnableMotors(_) => {}
+            Command::QueryPheromones { query, map_from_base } => {
+                let paused = self.server_pause.is_some_and(|(a, b)| self.now >= a && self.now < b);
+                if self.server_answers && !paused {
+                    let felt = self.field.sense(map_from_base.se2(), &self.sense);
+                    let (left, right) =
+                        (felt.left.min(255.0).floor(), felt.right.min(255.0).floor());
+                    let value = Sensed::Pheromones { query, left, right };
+                    let arrives = self.now + Duration::from_millis(45);
+                    self.pending.push((arrives, Observation { about: self.now, value }));
+                }
+            }
+            Command::Report(report) => {
+                if self.trace {
+                    println!("{} {report:?}", self.now);
+                }
+                self.figures.reports.push(report);
+            }
+        }
+    }
+
+    fn judge(&mut self, ms: u64) {
+        let outline = self.outline();
+        let mut touched = self.scene.walls.touches_polygon(outline.corners());
+        if let Some(person) = self.scene.person {
+            let gap_m = distance_to_polygon(&outline, person) - PERSON_RADIUS_M;
+            self.figures.clearance_min_m = self.figures.clearance_min_m.min(gap_m);
+            touched |= gap_m <= 0.0;
+        }
+        self.figures.n_touched += u32::from(touched);
+        if ms.is_multiple_of(200) {
+            self.figures.track.push(self.world_from_base);
+            for corner in outline.corners() {
+                let near = self.scene.walls.nearest_distance(*corner, 1.0).unwrap_or(1.0);
+                self.figures.clearance_min_m = self.figures.clearance_min_m.min(near);
+            }
+            if self.trace {
+                let view = self.navigator.view();
+                let pose = self.world_from_base;
+                println!(
+                    "{} {:?}/{} at {:.2} {:.2} {:.0}° v {:.2}/{:.2} target {:?} P {:?} ahead {} echoes {} hit {} ranges {:.2?}",
+                    self.now,
+                    view.phase,
+                    view.avoider_state,
+                    pose.x_m,
+                    pose.y_m,
+                    pose.yaw_rad.to_degrees(),
+                    self.wheels.left_mps,
+                    self.wheels.right_mps,
+                    view.target_in_map
+                        .map(|t| ((t.x * 100.0).round() / 100.0, (t.y * 100.0).round() / 100.0)),
+                    view.intensities,
+                    view.preview_in_map.len(),
+                    view.n_echoes,
+                    if touched { "TOUCH" } else { "" },
+                    &self.ranges_m[..8],
+                );
+            }
+        }
+    }
+
+    fn outline(&self) -> Polygon {
+        self.model.footprint.transformed(self.world_from_base)
+    }
+}
+
+fn distance_to_polygon(polygon: &Polygon, point: Vec2) -> f64 {
+    if polygon.contains(point) {
+        return 0.0;
+    }
+    polygon.edges().map(|edge| edge.distance(point)).fold(f64::INFINITY, f64::min)
+}
