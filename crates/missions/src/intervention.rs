@@ -1,0 +1,145 @@
+//! What a person may do to a running mission. Every intervention is recorded with its step, so that a
+//! replay repeats it.
+
+use geometry::{Se2, Vec2};
+use serde::{Deserialize, Serialize};
+
+/// An interference from outside.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Intervention {
+    /// Presses a button for half a second.
+    PressButton {
+        /// Name of the device.
+        device: String,
+    },
+    /// Puts down a box with sides of `size_m`.
+    PlaceBox {
+        /// Centre (m).
+        at: Vec2,
+        /// Side, m, from 0.05 to 3.
+        size_m: f64,
+    },
+    /// Takes away a thing that was put down during the run.
+    RemoveThing {
+        /// Its number.
+        id: u64,
+    },
+    /// Sends a robot to a pose, as the ground station does.
+    SendGoal {
+        /// Index of the robot.
+        robot: usize,
+        /// The pose in the map.
+        goal_in_map: Se2,
+    },
+    /// Stops a robot.
+    Stop {
+        /// Index of the robot.
+        robot: usize,
+    },
+}
+
+/// Why an intervention was refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum InterventionError {
+    /// No such button.
+    #[error("there is no button `{device}`; buttons: {buttons}")]
+    NoSuchButton {
+        /// What was asked for.
+        device: String,
+        /// What there is.
+        buttons: String,
+    },
+    /// No such robot.
+    #[error("there is no robot {robot}; the mission has {n_robots}, counted from 0")]
+    NoSuchRobot {
+        /// What was asked for.
+        robot: usize,
+        /// How many there are.
+        n_robots: usize,
+    },
+    /// Nothing with that number was put down during the run.
+    #[error("there is no thing {id} that may be taken away")]
+    NoSuchThing {
+        /// What was asked for.
+        id: u64,
+    },
+    /// The box would stand on something.
+    #[error("a box of {size_m:.2} m cannot stand at ({x_m:.2}, {y_m:.2}) m: {reason}")]
+    NoRoom {
+        /// Centre, m.
+        x_m: f64,
+        /// Centre, m.
+        y_m: f64,
+        /// Side, m.
+        size_m: f64,
+        /// What is in the way.
+        reason: String,
+    },
+    /// A number that makes no sense.
+    #[error("{what} must be {allowed}")]
+    OutOfRange {
+        /// Which number.
+        what: &'static str,
+        /// What it must be.
+        allowed: &'static str,
+    },
+}
+
+/// An intervention and when it came.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordedIntervention {
+    /// Before this step was taken.
+    pub step: u64,
+    /// What it was.
+    pub intervention: Intervention,
+}
+
+/// The form in which recordings hold it.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "do", deny_unknown_fields)]
+pub(crate) enum InterventionRecord {
+    Press { step: u64, device: String },
+    Place { step: u64, x_m: f64, y_m: f64, size_m: f64 },
+    Remove { step: u64, id: u64 },
+    Goal { step: u64, robot: usize, x_m: f64, y_m: f64, yaw_rad: f64 },
+    Stop { step: u64, robot: usize },
+}
+
+impl From<&RecordedIntervention> for InterventionRecord {
+    fn from(r: &RecordedIntervention) -> Self {
+        let step = r.step;
+        match &r.intervention {
+            Intervention::PressButton { device } => Self::Press { step, device: device.clone() },
+            Intervention::PlaceBox { at, size_m } => {
+                Self::Place { step, x_m: at.x, y_m: at.y, size_m: *size_m }
+            }
+            Intervention::RemoveThing { id } => Self::Remove { step, id: *id },
+            Intervention::SendGoal { robot, goal_in_map: g } => {
+                Self::Goal { step, robot: *robot, x_m: g.x_m, y_m: g.y_m, yaw_rad: g.yaw_rad }
+            }
+            Intervention::Stop { robot } => Self::Stop { step, robot: *robot },
+        }
+    }
+}
+
+impl From<InterventionRecord> for RecordedIntervention {
+    fn from(r: InterventionRecord) -> Self {
+        let (step, intervention) = match r {
+            InterventionRecord::Press { step, device } => {
+                (step, Intervention::PressButton { device })
+            }
+            InterventionRecord::Place { step, x_m, y_m, size_m } => {
+                (step, Intervention::PlaceBox { at: Vec2::new(x_m, y_m), size_m })
+            }
+            InterventionRecord::Remove { step, id } => (step, Intervention::RemoveThing { id }),
+            InterventionRecord::Goal { step, robot, x_m, y_m, yaw_rad } => {
+                let goal_in_map =
+                    Se2::new(x_m, y_m, if yaw_rad.is_finite() { yaw_rad } else { 0.0 });
+                (step, Intervention::SendGoal { robot, goal_in_map })
+            }
+            InterventionRecord::Stop { step, robot } => (step, Intervention::Stop { robot }),
+        };
+        Self { step, intervention }
+    }
+}

@@ -1,0 +1,280 @@
+//! Mission files: written, checked, shipped.
+//!
+//! A mission is a TOML file ([`file::MissionFile`]); [`Mission`] is the same after every range, name and
+//! reference has been checked, in SI units. The resolved text ([`Mission::to_toml`]) has programs
+//! and maps inlined and overrides applied, so that it stands alone at the head of a recording.
+
+mod check;
+mod error;
+pub mod file;
+mod overrides;
+pub(crate) mod plan;
+mod shipped;
+
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use run_context::{RunSeed, Stamp};
+
+pub(crate) use check::{overlap, rectangle};
+pub use error::{MissionError, SettingError};
+use file::MissionFile;
+use plan::{DecisionPlan, DevicePlan, EventPlan, PheromonePlan, Requirement, RobotPlan, WorldPlan};
+
+/// Every key with its default and what it means, as a mission file.
+const TEMPLATE: &str = include_str!("mission/template.toml");
+
+/// A mission that was checked: it can be run.
+///
+/// ```
+/// use missions::Mission;
+///
+/// let mission = Mission::load("doorbell", &[])?;
+/// assert_eq!(mission.name(), "doorbell");
+/// let slower = Mission::load("doorbell", &["robots.navigator.speed_mps=0.2".to_owned()])?;
+/// assert!(slower.to_toml().contains("speed_mps = 0.2"));
+/// # Ok::<(), missions::MissionError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Mission {
+    file: MissionFile,
+    parts: Parts,
+}
+
+/// The checked tables.
+#[derive(Clone, Debug)]
+pub(crate) struct Parts {
+    pub(crate) duration_max: Duration,
+    pub(crate) world: WorldPlan,
+    pub(crate) devices: Vec<DevicePlan>,
+    pub(crate) robots: Vec<RobotPlan>,
+    pub(crate) pheromones: Option<PheromonePlan>,
+    pub(crate) decision: Option<DecisionPlan>,
+    pub(crate) events: Vec<EventPlan>,
+    pub(crate) success: Vec<Requirement>,
+}
+
+/// Name, title and description of a shipped mission.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ShippedInfo {
+    /// What [`Mission::load`] takes.
+    pub name: String,
+    /// One line for people.
+    pub title: String,
+    /// What happens.
+    pub about: String,
+}
+
+/// A verdict that a shipped mission is expected to end with.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ExpectedVerdict {
+    /// Name of the mission.
+    pub name: String,
+    /// Seed of the run.
+    pub seed: RunSeed,
+    /// Whether it must pass.
+    pub passed: bool,
+}
+
+impl Mission {
+    /// Loads a shipped mission by its name, or a file by its path, with `overrides` of the form
+    /// `table.key=value` applied in order.
+    ///
+    /// # Errors
+    ///
+    /// [`MissionError`]: no such mission, an unreadable file, text that is not a mission, or a value
+    /// that is not allowed; each says where, what was found and what is allowed.
+    pub fn load(name_or_path: &str, overrides: &[String]) -> Result<Self, MissionError> {
+        if let Some(shipped) = shipped::MISSIONS.iter().find(|m| m.name == name_or_path) {
+            let origin = format!("missions/{}.toml", shipped.name);
+            return Self::build(&origin, shipped.text, overrides, &read_shipped);
+        }
+        let path = Path::new(name_or_path);
+        if !path.exists() {
+            return Err(MissionError::Unknown {
+                name: name_or_path.to_owned(),
+                shipped: Self::shipped().join(", "),
+            });
+        }
+        let text = read_file(path)?;
+        let folder = path.parent().map(PathBuf::from).unwrap_or_default();
+        Self::build(name_or_path, &text, overrides, &|file| read_file(&folder.join(file)))
+    }
+
+    /// Checks a mission given as text; files that it names are looked for among the shipped ones.
+    ///
+    /// `origin` is what errors call the text.
+    ///
+    /// # Errors
+    ///
+    /// As [`Mission::load`].
+    pub fn parse(origin: &str, text: &str, overrides: &[String]) -> Result<Self, MissionError> {
+        Self::build(origin, text, overrides, &read_shipped)
+    }
+
+    /// The names of the shipped missions; the first is the one to start with.
+    pub fn shipped() -> Vec<&'static str> {
+        shipped::MISSIONS.iter().map(|m| m.name).collect()
+    }
+
+    /// Names, titles and descriptions of the shipped missions, for a list.
+    pub fn shipped_infos() -> Vec<ShippedInfo> {
+        let info = |name: &&str| {
+            let mission = Self::load(name, &[]).ok()?;
+            let head = mission.file.mission;
+            Some(ShippedInfo { name: head.name, title: head.title, about: head.about })
+        };
+        Self::shipped().iter().filter_map(info).collect()
+    }
+
+    /// The verdicts that the shipped missions are expected to end with (`missions/expected.tsv`).
+    pub fn expected_verdicts() -> Vec<ExpectedVerdict> {
+        let line = |line: &str| {
+            let mut fields = line.split('\t');
+            let name = fields.next()?.to_owned();
+            let seed = RunSeed(fields.next()?.parse().ok()?);
+            Some(ExpectedVerdict { name, seed, passed: fields.next()? == "pass" })
+        };
+        shipped::EXPECTED.lines().skip(1).filter_map(line).collect()
+    }
+
+    /// A mission file with every key, its default and a sentence on it.
+    pub fn template() -> &'static str {
+        TEMPLATE
+    }
+
+    /// Short name.
+    pub fn name(&self) -> &str {
+        &self.file.mission.name
+    }
+
+    /// One line for people; the name when there is no title.
+    pub fn title(&self) -> &str {
+        let head = &self.file.mission;
+        if head.title.is_empty() { &head.name } else { &head.title }
+    }
+
+    /// What happens and what to look at.
+    pub fn about(&self) -> &str {
+        &self.file.mission.about
+    }
+
+    /// The seed used unless another is asked for.
+    pub fn seed(&self) -> RunSeed {
+        RunSeed(self.file.mission.seed)
+    }
+
+    /// When the run ends at the latest.
+    pub fn duration_max(&self) -> Duration {
+        self.parts.duration_max
+    }
+
+    /// How many robots it has.
+    pub fn n_robots(&self) -> usize {
+        self.parts.robots.len()
+    }
+
+    /// The source of the decision program, if there is one.
+    pub fn program_source(&self) -> Option<&str> {
+        self.parts.decision.as_ref().map(|d| d.source.as_str())
+    }
+
+    /// The mission as TOML that stands alone: files inlined, overrides applied, defaults written
+    /// out. [`Mission::parse`] makes an equal mission of it.
+    pub fn to_toml(&self) -> String {
+        // Every type of the file is a plain table that TOML can hold.
+        toml::to_string(&self.file).unwrap_or_default()
+    }
+
+    /// The mission as written, with files inlined.
+    pub fn file(&self) -> &MissionFile {
+        &self.file
+    }
+
+    pub(crate) fn from_parts(file: MissionFile, parts: Parts) -> Self {
+        Self { file, parts }
+    }
+
+    pub(crate) fn parts(&self) -> &Parts {
+        &self.parts
+    }
+
+    /// The end as a stamp.
+    pub(crate) fn end(&self) -> Stamp {
+        Stamp::ZERO + self.parts.duration_max
+    }
+
+    fn build(
+        origin: &str,
+        text: &str,
+        overrides: &[String],
+        read: &dyn Fn(&str) -> Result<String, MissionError>,
+    ) -> Result<Self, MissionError> {
+        let syntax = |e: toml::de::Error| MissionError::Syntax {
+            origin: origin.to_owned(),
+            message: e.to_string().trim_end().to_owned(),
+        };
+        let mut file: MissionFile = toml::from_str(text).map_err(syntax)?;
+        if !overrides.is_empty() {
+            let mut table: toml::Table = toml::from_str(text).map_err(syntax)?;
+            overrides.iter().try_for_each(|given| overrides::apply(&mut table, given))?;
+            file = table.try_into().map_err(|e: toml::de::Error| MissionError::Override {
+                given: overrides.join(" --set "),
+                problem: e.to_string().trim_end().to_owned(),
+            })?;
+        }
+        let locate = |wrong: error::Wrong| match overrides::setter(overrides, &wrong.key) {
+            Some(given) => wrong.located(&format!("--set {given}"), ""),
+            None => wrong.located(origin, text),
+        };
+        inline(&mut file, read).map_err(locate)?;
+        check::check(file).map_err(locate)
+    }
+}
+
+impl TryFrom<MissionFile> for Mission {
+    type Error = MissionError;
+
+    /// Checks a mission that was put together in memory; programs and maps must be inline.
+    fn try_from(file: MissionFile) -> Result<Self, MissionError> {
+        check::check(file).map_err(|wrong| wrong.located("the mission", ""))
+    }
+}
+
+/// Reads the files that a mission names into it.
+fn inline(
+    file: &mut MissionFile,
+    read: &dyn Fn(&str) -> Result<String, MissionError>,
+) -> Result<(), error::Wrong> {
+    let take = |key: &str, name: &mut Option<String>, into: &mut Option<String>| {
+        if let Some(name) = name.take() {
+            let allowed = |e: MissionError| format!("a file that can be read ({e})");
+            let text = read(&name).map_err(|e| error::Wrong::new(key, &name, allowed(e)))?;
+            *into = Some(text);
+        }
+        Ok(())
+    };
+    take("world.map_file", &mut file.world.map_file, &mut file.world.map)?;
+    if let Some(pheromones) = &mut file.pheromones {
+        take("pheromones.map_file", &mut pheromones.map_file, &mut pheromones.map)?;
+    }
+    if let Some(decision) = &mut file.decision {
+        take("decision.program_file", &mut decision.program_file, &mut decision.program)?;
+    }
+    Ok(())
+}
+
+fn read_file(path: &Path) -> Result<String, MissionError> {
+    std::fs::read_to_string(path)
+        .map_err(|source| MissionError::Read { path: path.to_owned(), source })
+}
+
+fn read_shipped(name: &str) -> Result<String, MissionError> {
+    let found = shipped::FILES.iter().find(|f| f.path == name);
+    found.map(|f| f.text.to_owned()).ok_or_else(|| MissionError::Read {
+        path: PathBuf::from(name),
+        source: std::io::Error::new(std::io::ErrorKind::NotFound, "not among the shipped files"),
+    })
+}

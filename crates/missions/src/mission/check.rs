@@ -1,0 +1,138 @@
+//! From what is written to what may be relied on: every range, name and reference.
+
+mod choices;
+mod environment;
+mod robots;
+mod tasks;
+
+pub(crate) use environment::{overlap, rectangle};
+
+use std::time::Duration;
+
+use geometry::{Se2, Vec2};
+
+use super::{
+    error::Wrong,
+    file::{LinkFile, MissionFile},
+    plan::LinkPlan,
+};
+use crate::mission::{Mission, Parts};
+
+pub(super) use choices::choose;
+
+type Checked<T> = Result<T, Wrong>;
+
+/// Checks a whole mission whose files have been read in.
+pub(super) fn check(file: MissionFile) -> Checked<Mission> {
+    let name_ok = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    let head = &file.mission;
+    if head.name.is_empty() || !head.name.chars().all(name_ok) {
+        return Err(Wrong::new("mission.name", &head.name, "small letters, digits and `-`"));
+    }
+    range("mission.duration_max_s", head.duration_max_s, 0.1..=86_400.0, "from 0.1 to 86400 s")?;
+    let duration_max = seconds(head.duration_max_s);
+    let devices = environment::devices(&file)?;
+    let robots = robots::robots(&file)?;
+    let pheromones = file.pheromones.as_ref().map(environment::pheromones).transpose()?;
+    let world = environment::world(&file, pheromones.as_ref())?;
+    environment::starts_are_free(&world, &robots)?;
+    let decision = file.decision.as_ref();
+    let decision = decision.map(|d| tasks::decision(d, &devices, &robots)).transpose()?;
+    for (i, robot) in file.robots.iter().enumerate() {
+        if robot.navigator.route == "trail" && pheromones.is_none() {
+            let allowed = "`direct`, because the mission has no [pheromones]";
+            return Err(Wrong::new(format!("robots[{i}].navigator.route"), "trail", allowed));
+        }
+    }
+    let events = tasks::events(&file, &devices, &robots)?;
+    let success = tasks::success(&file, &devices, &robots)?;
+    let parts =
+        Parts { duration_max, world, devices, robots, pheromones, decision, events, success };
+    Ok(Mission::from_parts(file, parts))
+}
+
+/// A number within a range, which must be finite; NaN is out of every range.
+fn range(
+    key: impl Into<String>,
+    value: f64,
+    allowed: std::ops::RangeInclusive<f64>,
+    prose: &str,
+) -> Checked<f64> {
+    if allowed.contains(&value) { Ok(value) } else { Err(Wrong::new(key, value, prose)) }
+}
+
+/// A point whose coordinates are within 10 km of the origin.
+fn point(key: impl Into<String>, [x, y]: [f64; 2]) -> Checked<Vec2> {
+    let ok = |v: f64| v.abs() <= 10_000.0;
+    if ok(x) && ok(y) {
+        Ok(Vec2::new(x, y))
+    } else {
+        Err(Wrong::new(key, [x, y], "two coordinates from -10000 to 10000 m"))
+    }
+}
+
+/// A pose written as x, y (m), yaw (degrees).
+fn pose(key: &str, [x, y, yaw_deg]: [f64; 3]) -> Checked<Se2> {
+    let position = point(key, [x, y])?;
+    let yaw =
+        range(key, yaw_deg, -360.0..=360.0, "x and y (m) and a yaw from -360 to 360 degrees")?;
+    Ok(Se2::new(position.x, position.y, yaw.to_radians()))
+}
+
+/// A duration in seconds that was checked to be finite and not negative.
+fn seconds(value_s: f64) -> Duration {
+    Duration::try_from_secs_f64(value_s).unwrap_or_default()
+}
+
+/// Names must not be empty and must differ.
+fn unique<'a>(table: &str, names: impl Iterator<Item = &'a str>) -> Checked<()> {
+    let mut seen: Vec<&str> = Vec::new();
+    for (i, name) in names.enumerate() {
+        if name.is_empty() {
+            return Err(Wrong::new(format!("{table}[{i}].name"), name, "a name"));
+        }
+        if let Some(first) = seen.iter().position(|&s| s == name) {
+            let allowed = format!("a name of its own; {table}[{first}] has this one");
+            return Err(Wrong::new(format!("{table}[{i}].name"), name, allowed));
+        }
+        seen.push(name);
+    }
+    Ok(())
+}
+
+/// The index of the thing that is named; the error lists what exists.
+fn named(key: &str, name: &str, names: &[&str]) -> Checked<usize> {
+    names.iter().position(|&n| n == name).ok_or_else(|| {
+        let list = if names.is_empty() { "there are none".to_owned() } else { names.join(", ") };
+        Wrong::new(key, name, format!("one of the mission's names: {list}"))
+    })
+}
+
+/// A line between two nodes.
+fn link(key: &str, file: &LinkFile) -> Checked<LinkPlan> {
+    let kinds = ["memory", "direct", "tcp", "serial"];
+    let at = |name: &str| format!("{key}.{name}");
+    range(at("latency_ms"), file.latency_ms, 0.0..=10_000.0, "from 0 to 10000 ms")?;
+    range(at("jitter_ms"), file.jitter_ms, 0.0..=10_000.0, "from 0 to 10000 ms")?;
+    range(at("loss_prob"), file.loss_prob, 0.0..=1.0, "from 0 to 1")?;
+    range(at("corruption_prob"), file.corruption_prob, 0.0..=1.0, "from 0 to 1")?;
+    match choose(&at("kind"), &file.kind, &kinds)? {
+        0 => Ok(LinkPlan::Memory(wire::link::LinkConfig {
+            baud: (file.baud > 0).then_some(file.baud),
+            latency: seconds(file.latency_ms * 1e-3),
+            jitter: seconds(file.jitter_ms * 1e-3),
+            loss_prob: file.loss_prob,
+            corruption_prob: file.corruption_prob,
+        })),
+        1 => Ok(LinkPlan::Direct),
+        2 if file.address.rsplit_once(':').is_some_and(|(_, port)| port.parse::<u16>().is_ok()) => {
+            Ok(LinkPlan::Tcp { address: file.address.clone() })
+        }
+        2 => Err(Wrong::new(at("address"), &file.address, "host:port, such as \"127.0.0.1:8101\"")),
+        _ if file.device.is_empty() => {
+            Err(Wrong::new(at("device"), &file.device, "a device, such as \"/dev/ttyUSB0\""))
+        }
+        _ if file.baud == 0 => Err(Wrong::new(at("baud"), file.baud, "a rate above 0 baud")),
+        _ => Ok(LinkPlan::Serial { device: file.device.clone(), baud: file.baud }),
+    }
+}

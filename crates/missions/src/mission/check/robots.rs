@@ -1,0 +1,174 @@
+//! Checks of `[[robots]]`.
+
+use std::sync::Arc;
+
+use geometry::{Se2, Vec2};
+use navigator::{Avoidance, Method, NavigatorConfig, NavigatorSettings, TrailController};
+use obstacle_avoidance::Variant;
+use robot_models::{OdometryErrors, RobotModel};
+use sensor_models::SonarModel;
+
+use super::super::{
+    error::Wrong,
+    file::{MissionFile, NavigatorFile, OdometryFile, RobotFile, SonarFile},
+    plan::{LinkPlan, RobotPlan},
+};
+use super::{Checked, choose, link, pose, range, unique};
+
+/// `[[robots]]`, each table with a count above one laid out in rows.
+pub(super) fn robots(file: &MissionFile) -> Checked<Vec<RobotPlan>> {
+    unique("robots", file.robots.iter().map(|r| r.name.as_str()))?;
+    let mut plans = Vec::new();
+    for (i, robot) in file.robots.iter().enumerate() {
+        plans.extend(group(&format!("robots[{i}]"), robot)?);
+    }
+    Ok(plans)
+}
+
+fn group(key: &str, file: &RobotFile) -> Checked<Vec<RobotPlan>> {
+    let mut model = RobotModel::by_name(&file.model).map_err(|_unknown| {
+        let names: Vec<String> =
+            RobotModel::catalogue().iter().map(|m| format!("`{}`", m.name)).collect();
+        Wrong::new(format!("{key}.model"), &file.model, format!("one of {}", names.join(", ")))
+    })?;
+    if !(1..=10_000).contains(&file.count) {
+        return Err(Wrong::new(format!("{key}.count"), file.count, "from 1 to 10000"));
+    }
+    if file.row_length == 0 {
+        return Err(Wrong::new(format!("{key}.row_length"), 0, "at least 1"));
+    }
+    let first = pose(&format!("{key}.start"), file.start)?;
+    let errors = odometry(key, &file.odometry)?;
+    let sonar = sonar(key, &file.sonar)?;
+    let link = link(&format!("{key}.link"), &file.link)?;
+    if matches!(link, LinkPlan::Direct) {
+        // There is no SETA without bytes.
+        model.limits.acceleration_max_mps2 = acceleration_mps2(key, &file.navigator)?;
+    }
+    let model = Arc::new(model);
+    let navigator = Arc::new(navigator(key, file, &model)?);
+    let one = |n: usize| {
+        let (column, row) = (n % file.row_length, n / file.row_length);
+        let shift = Vec2::new(column as f64 * file.spacing_m[0], row as f64 * file.spacing_m[1]);
+        RobotPlan {
+            name: if file.count == 1 { file.name.clone() } else { format!("{}-{n:04}", file.name) },
+            group: file.name.clone(),
+            model: Arc::clone(&model),
+            start: Se2::new(first.x_m + shift.x, first.y_m + shift.y, first.yaw_rad),
+            errors,
+            sonar,
+            link: link.clone(),
+            navigator: Arc::clone(&navigator),
+        }
+    };
+    Ok((0..file.count).map(one).collect())
+}
+
+fn odometry(key: &str, file: &OdometryFile) -> Checked<OdometryErrors> {
+    let ratio = |name: &str, value: f64| {
+        range(format!("{key}.odometry.{name}"), value, 0.8..=1.25, "from 0.8 to 1.25")
+    };
+    Ok(OdometryErrors {
+        left_diameter_ratio: ratio("left_diameter_ratio", file.left_diameter_ratio)?,
+        right_diameter_ratio: ratio("right_diameter_ratio", file.right_diameter_ratio)?,
+        wheelbase_ratio: ratio("wheelbase_ratio", file.wheelbase_ratio)?,
+        slip_std_ratio: range(
+            format!("{key}.odometry.slip_std_ratio"),
+            file.slip_std_ratio,
+            0.0..=0.5,
+            "from 0 to 0.5",
+        )?,
+        ..OdometryErrors::default()
+    })
+}
+
+fn sonar(key: &str, file: &SonarFile) -> Checked<SonarModel> {
+    let at = |name: &str| format!("{key}.sonar.{name}");
+    if !(1..=64).contains(&file.n_rays) {
+        return Err(Wrong::new(at("n_rays"), file.n_rays, "from 1 to 64"));
+    }
+    let half_deg =
+        range(at("half_angle_deg"), file.half_angle_deg, 1.0..=45.0, "from 1 to 45 degrees")?;
+    Ok(SonarModel {
+        range_max_m: range(at("range_max_m"), file.range_max_m, 0.3..=20.0, "from 0.3 to 20 m")?,
+        half_angle_rad: half_deg.to_radians(),
+        n_rays: file.n_rays,
+        range_std_m: range(at("range_std_m"), file.range_std_m, 0.0..=1.0, "from 0 to 1 m")?,
+        range_std_ratio: range(
+            at("range_std_ratio"),
+            file.range_std_ratio,
+            0.0..=0.5,
+            "from 0 to 0.5",
+        )?,
+        ghost_prob: range(at("ghost_prob"), file.ghost_prob, 0.0..=1.0, "from 0 to 1")?,
+        dropout_prob: range(at("dropout_prob"), file.dropout_prob, 0.0..=1.0, "from 0 to 1")?,
+        crosstalk_prob: range(at("crosstalk_prob"), file.crosstalk_prob, 0.0..=1.0, "from 0 to 1")?,
+        ..SonarModel::default()
+    })
+}
+
+fn acceleration_mps2(key: &str, file: &NavigatorFile) -> Checked<f64> {
+    let at = format!("{key}.navigator.acceleration_mps2");
+    range(at, file.acceleration_mps2, 0.05..=4.0, "from 0.05 to 4 m/s²")
+}
+
+fn navigator(key: &str, robot: &RobotFile, model: &RobotModel) -> Checked<NavigatorConfig> {
+    let file = &robot.navigator;
+    let at = |name: &str| format!("{key}.navigator.{name}");
+    if !(50..=2000).contains(&file.control_period_ms) || !file.control_period_ms.is_multiple_of(10)
+    {
+        let allowed = "a multiple of 10 from 50 to 2000 ms";
+        return Err(Wrong::new(at("control_period_ms"), file.control_period_ms, allowed));
+    }
+    let within_deg =
+        range(at("goal_within_deg"), file.goal_within_deg, 0.5..=50.0, "from 0.5 to 50 degrees")?;
+    let settings = NavigatorSettings {
+        method: match choose(&at("route"), &file.route, &["trail", "direct"])? {
+            0 => Method::Trail,
+            _ => Method::Direct,
+        },
+        trail_controller: match choose(
+            &at("trail_controller"),
+            &file.trail_controller,
+            &["fuzzy", "fuzzy_fine", "listing", "bio_mimetic", "fuzzy_angle", "pure_pursuit"],
+        )? {
+            0 => TrailController::Fuzzy,
+            1 => TrailController::FuzzyFine,
+            2 => TrailController::Listing,
+            3 => TrailController::BioMimetic,
+            4 => TrailController::FuzzyAngle,
+            _ => TrailController::PurePursuit,
+        },
+        avoidance: match choose(&at("avoidance"), &file.avoidance, &["checked", "rebound", "off"])?
+        {
+            0 => Avoidance::Checked,
+            1 => Avoidance::Rebound,
+            _ => Avoidance::Off,
+        },
+        variant: match choose(&at("rebound"), &file.rebound, &["visibility", "detour"])? {
+            0 => Variant::Visibility,
+            _ => Variant::Detour,
+        },
+        speed_mps: range(at("speed_mps"), file.speed_mps, 0.05..=1.0, "from 0.05 to 1 m/s")?,
+        control_period_s: f64::from(file.control_period_ms) * 1e-3,
+        acceleration_mps2: acceleration_mps2(key, file)?,
+        turn_first: file.turn_first,
+        wait_s: range(at("wait_s"), file.wait_s, 0.0..=60.0, "from 0 to 60 s")?,
+        preview_m: range(at("preview_m"), file.preview_m, 0.0..=20.0, "from 0 to 20 m")?,
+        approach_m: range(at("approach_m"), file.approach_m, 0.1..=5.0, "from 0.1 to 5 m")?,
+        attempts_max: file.attempts_max,
+        goal_tolerance_m: range(
+            at("goal_within_m"),
+            file.goal_within_m,
+            0.01..=1.0,
+            "from 0.01 to 1 m",
+        )?,
+        heading_tolerance_rad: within_deg.to_radians(),
+        range_max_m: robot.sonar.range_max_m,
+        ..NavigatorSettings::for_robot(model)
+    };
+    // What the ranges above let through and the navigator still refuses is said in its own words.
+    NavigatorConfig::try_from(settings).map_err(|e| {
+        Wrong::prose(format!("{key}.navigator"), e.to_string(), "settings that fit together")
+    })
+}

@@ -1,0 +1,216 @@
+//! Checks of `[decision]`, `[[events]]` and `[success]`.
+
+use run_context::Stamp;
+
+use super::super::{
+    error::Wrong,
+    file::{DecisionFile, EventFile, MissionFile},
+    plan::{
+        Action, DecisionPlan, DevicePlan, DeviceWiring, EventPlan, GoalPose, Requirement, RobotPlan,
+    },
+};
+use super::{Checked, choose, link, named, point, pose, range, seconds};
+
+/// `[decision]`: the program compiles, the robot exists, the inputs are free.
+pub(super) fn decision(
+    file: &DecisionFile,
+    devices: &[DevicePlan],
+    robots: &[RobotPlan],
+) -> Checked<DecisionPlan> {
+    let Some(source) = &file.program else {
+        let allowed = "the program, or instead program_file with the name of its file";
+        return Err(Wrong::prose("decision.program", "absent", allowed));
+    };
+    let compilation = decision::compile(source);
+    let Some(program) = compilation.program else {
+        let n = compilation.n_errors;
+        let first = compilation.diagnostics.iter().take(3);
+        let parts: Vec<String> =
+            first.map(|d| format!("line {}, column {}: {}", d.line, d.column, d.message)).collect();
+        let errors = if n == 1 { "error" } else { "errors" };
+        let found = format!("a program with {n} {errors} ({})", parts.join("; "));
+        return Err(Wrong::prose("decision.program", found, "a program that compiles"));
+    };
+    let names: Vec<&str> = robots.iter().map(|r| r.name.as_str()).collect();
+    let robot = match file.robot.as_str() {
+        "" => None,
+        name => Some(named("decision.robot", name, &names)?),
+    };
+    for (key, input) in [("arrived_input", file.arrived_input), ("failed_input", file.failed_input)]
+    {
+        input_is_free(&format!("decision.{key}"), input, devices)?;
+    }
+    if file.arrived_input.is_some() && file.arrived_input == file.failed_input {
+        let allowed = "another input than arrived_input";
+        return Err(Wrong::new(
+            "decision.failed_input",
+            file.failed_input.unwrap_or_default(),
+            allowed,
+        ));
+    }
+    Ok(DecisionPlan {
+        source: source.clone(),
+        program,
+        listing_mode: choose("decision.mode", &file.mode, &["corrected", "listing"])? == 1,
+        robot,
+        arrived_input: file.arrived_input,
+        failed_input: file.failed_input,
+        link: link("decision.link", &file.link)?,
+    })
+}
+
+fn input_is_free(key: &str, input: Option<u8>, devices: &[DevicePlan]) -> Checked<()> {
+    let Some(number) = input else { return Ok(()) };
+    if number > 15 {
+        return Err(Wrong::new(key, number, "from 0 to 15"));
+    }
+    let taken = devices.iter().find(|d| match &d.wiring {
+        DeviceWiring::Button { input } | DeviceWiring::Motion { input, .. } => {
+            *input == Some(number)
+        }
+        DeviceWiring::Latch { .. } | DeviceWiring::Lamp { .. } => false,
+    });
+    match taken {
+        Some(device) => {
+            let allowed = format!("an input of its own; `{}` has this one", device.name);
+            Err(Wrong::new(key, number, allowed))
+        }
+        None => Ok(()),
+    }
+}
+
+/// `[[events]]`, in order of time; equal times keep the order of the file.
+pub(super) fn events(
+    file: &MissionFile,
+    devices: &[DevicePlan],
+    robots: &[RobotPlan],
+) -> Checked<Vec<EventPlan>> {
+    let check = |(i, e): (usize, &EventFile)| event(&format!("events[{i}]"), e, devices, robots);
+    let mut events = file.events.iter().enumerate().map(check).collect::<Checked<Vec<_>>>()?;
+    events.sort_by_key(|e| e.at);
+    Ok(events)
+}
+
+fn event(
+    key: &str,
+    file: &EventFile,
+    devices: &[DevicePlan],
+    robots: &[RobotPlan],
+) -> Checked<EventPlan> {
+    let at_s = range(format!("{key}.at_s"), file.at_s, 0.0..=86_400.0, "from 0 to 86400 s")?;
+    let kinds = ["press", "release", "goal", "stop", "place_box", "remove"];
+    let kind = choose(&format!("{key}.do"), &file.action, &kinds)?;
+    let action = match kind {
+        0 | 1 => {
+            let names: Vec<&str> = devices.iter().map(|d| d.name.as_str()).collect();
+            let device = named(&format!("{key}.device"), &file.device, &names)?;
+            if !matches!(devices[device].wiring, DeviceWiring::Button { .. }) {
+                return Err(Wrong::new(format!("{key}.device"), &file.device, "a button"));
+            }
+            Action::Button { device, pressed: kind == 0 }
+        }
+        2 => Action::Goal {
+            robots: robots_named(key, &file.robot, robots)?,
+            pose: goal(key, file.pose, file.pose_from_start)?,
+        },
+        3 => Action::Stop { robots: robots_named(key, &file.robot, robots)? },
+        4 => {
+            let Some(at) = file.at_m else {
+                return Err(Wrong::prose(format!("{key}.at_m"), "absent", "x and y (m)"));
+            };
+            let size = file.size_m.unwrap_or(0.4);
+            Action::PlaceBox {
+                name: if file.thing.is_empty() { "box".into() } else { file.thing.clone() },
+                at: point(format!("{key}.at_m"), at)?,
+                size_m: range(format!("{key}.size_m"), size, 0.05..=5.0, "from 0.05 to 5 m")?,
+            }
+        }
+        _ if file.thing.is_empty() => {
+            return Err(Wrong::new(format!("{key}.thing"), "", "the name of a thing"));
+        }
+        _ => Action::Remove { name: file.thing.clone() },
+    };
+    Ok(EventPlan { at: Stamp::ZERO + seconds(at_s), after_arrival: file.after_arrival, action })
+}
+
+/// The robots of a group or the one robot of that name.
+fn robots_named(key: &str, name: &str, robots: &[RobotPlan]) -> Checked<Vec<usize>> {
+    let found: Vec<usize> =
+        (0..robots.len()).filter(|&i| robots[i].group == name || robots[i].name == name).collect();
+    if !found.is_empty() {
+        return Ok(found);
+    }
+    let mut groups: Vec<&str> = robots.iter().map(|r| r.group.as_str()).collect();
+    groups.dedup();
+    named(&format!("{key}.robot"), name, &groups).map(|i| vec![i])
+}
+
+fn goal(key: &str, in_map: Option<[f64; 3]>, from_start: Option<[f64; 3]>) -> Checked<GoalPose> {
+    match (in_map, from_start) {
+        (Some(p), None) => pose(&format!("{key}.pose"), p).map(GoalPose::InMap),
+        (None, Some(p)) => pose(&format!("{key}.pose_from_start"), p).map(GoalPose::FromStart),
+        (found, _) => {
+            let found = if found.is_some() { "given with pose_from_start" } else { "absent" };
+            let allowed = "x, y (m), yaw (degrees), either here or in pose_from_start";
+            Err(Wrong::prose(format!("{key}.pose"), found, allowed))
+        }
+    }
+}
+
+/// `[success]`.
+pub(super) fn success(
+    file: &MissionFile,
+    devices: &[DevicePlan],
+    robots: &[RobotPlan],
+) -> Checked<Vec<Requirement>> {
+    let success = &file.success;
+    let deadline = |by_s: f64| if by_s > 0.0 { by_s } else { file.mission.duration_max_s };
+    let mut all = Vec::new();
+    for (i, a) in success.arrived.iter().enumerate() {
+        let key = format!("success.arrived[{i}]");
+        let at = |name: &str| format!("{key}.{name}");
+        let by_s = range(at("by_s"), a.by_s, 0.0..=86_400.0, "from 0 to 86400 s")?;
+        let deg = range(at("within_deg"), a.within_deg, 0.1..=180.0, "from 0.1 to 180 degrees")?;
+        all.push(Requirement::Arrived {
+            robots: robots_named(&key, &a.robot, robots)?,
+            group: a.robot.clone(),
+            pose: goal(&key, a.pose, a.pose_from_start)?,
+            within_m: range(at("within_m"), a.within_m, 0.001..=100.0, "from 0.001 to 100 m")?,
+            within_rad: deg.to_radians(),
+            by: Stamp::ZERO + seconds(deadline(by_s)),
+            ratio_min: range(at("ratio_min"), a.ratio_min, 0.0..=1.0, "from 0 to 1")?,
+        });
+    }
+    for (i, s) in success.switched_on.iter().enumerate() {
+        let key = format!("success.switched_on[{i}]");
+        let names: Vec<&str> = devices.iter().map(|d| d.name.as_str()).collect();
+        let by_s = range(format!("{key}.by_s"), s.by_s, 0.0..=86_400.0, "from 0 to 86400 s")?;
+        all.push(Requirement::SwitchedOn {
+            device: named(&format!("{key}.device"), &s.device, &names)?,
+            by: Stamp::ZERO + seconds(deadline(by_s)),
+        });
+    }
+    for (i, s) in success.stayed.iter().enumerate() {
+        let key = format!("success.stayed[{i}]");
+        all.push(Requirement::Stayed {
+            robots: robots_named(&key, &s.robot, robots)?,
+            within_m: range(
+                format!("{key}.within_m"),
+                s.within_m,
+                0.001..=100.0,
+                "from 0.001 to 100 m",
+            )?,
+        });
+    }
+    all.extend(success.moves_sent.map(Requirement::MovesSent));
+    if let Some(m) = success.clearance_min_m {
+        let m = range("success.clearance_min_m", m, 0.0..=5.0, "from 0 to 5 m")?;
+        all.push(Requirement::ClearanceMin(m));
+    }
+    if let Some(m) = success.cross_track_rms_max_m {
+        let m = range("success.cross_track_rms_max_m", m, 0.001..=10.0, "from 0.001 to 10 m")?;
+        all.push(Requirement::CrossTrackRmsMax(m));
+    }
+    all.extend(success.no_contact.then_some(Requirement::NoContact));
+    Ok(all)
+}

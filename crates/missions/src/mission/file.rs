@@ -1,0 +1,694 @@
+//! The mission as people write it: one TOML table per component, units in the keys.
+//!
+//! Degrees are allowed here and nowhere else. Unknown keys are refused. Every field has a default
+//! that works; [`template`](crate::mission::template) lists them all with their documents. What is written
+//! here is only relied on after [`Mission`](crate::Mission) has checked it.
+
+use serde::{Deserialize, Serialize};
+
+/// A whole mission file.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MissionFile {
+    /// `[mission]`: what it is called and how long it may take.
+    pub mission: HeadFile,
+    /// `[world]`: walls, rooms, things, people.
+    pub world: WorldFile,
+    /// `[[devices]]`: what the smart environment can sense and do.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub devices: Vec<DeviceFile>,
+    /// `[[robots]]`: who drives.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub robots: Vec<RobotFile>,
+    /// `[pheromones]`: the trail and its server; absent: there is no server.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pheromones: Option<PheromonesFile>,
+    /// `[decision]`: the decision program; absent: goals come from events only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub decision: Option<DecisionFile>,
+    /// `[[events]]`: what happens at which time.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<EventFile>,
+    /// `[success]`: what counts as success.
+    pub success: SuccessFile,
+}
+
+/// `[mission]`.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct HeadFile {
+    /// Short name: small letters, digits, `-`.
+    pub name: String,
+    /// One line for people.
+    pub title: String,
+    /// What happens and what to look at.
+    pub about: String,
+    /// The run ends at this time at the latest, seconds.
+    pub duration_max_s: f64,
+    /// Seed used unless another is asked for.
+    pub seed: u64,
+}
+
+impl Default for HeadFile {
+    fn default() -> Self {
+        Self {
+            name: "untitled".into(),
+            title: String::new(),
+            about: String::new(),
+            duration_max_s: 120.0,
+            seed: 1,
+        }
+    }
+}
+
+/// `[world]`.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct WorldFile {
+    /// Lower left and upper right corner of what is drawn: x0, y0, x1, y1 (m).
+    pub bounds_m: [f64; 4],
+    /// Map file of the ActivMedia format, relative to the mission file; its walls are added.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub map_file: Option<String>,
+    /// The text of such a map, instead of a file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub map: Option<String>,
+    /// Walls.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub walls: Vec<WallFile>,
+    /// Names of rooms, for people.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub rooms: Vec<RoomFile>,
+    /// Furniture, boxes, doors.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub things: Vec<ThingFile>,
+    /// People and the routes they walk.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub people: Vec<PersonFile>,
+    /// Boxes put down at random by the seed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub random_boxes: Vec<RandomBoxesFile>,
+}
+
+impl Default for WorldFile {
+    fn default() -> Self {
+        Self {
+            bounds_m: [-5.0, -5.0, 5.0, 5.0],
+            map_file: None,
+            map: None,
+            walls: Vec::new(),
+            rooms: Vec::new(),
+            things: Vec::new(),
+            people: Vec::new(),
+            random_boxes: Vec::new(),
+        }
+    }
+}
+
+/// `[[world.walls]]`: a line of wall through two or more corners.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct WallFile {
+    /// Corners, x and y (m).
+    pub line_m: Vec<[f64; 2]>,
+    /// Whether the last corner is joined to the first.
+    pub closed: bool,
+    /// Material, which decides how sound comes back.
+    pub material: String,
+}
+
+impl Default for WallFile {
+    fn default() -> Self {
+        Self { line_m: Vec::new(), closed: false, material: "plaster".into() }
+    }
+}
+
+/// `[[world.rooms]]`.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RoomFile {
+    /// The room's name.
+    pub name: String,
+    /// Where the name is written, x and y (m).
+    pub at_m: [f64; 2],
+}
+
+/// `[[world.things]]`: a rectangle that stands on the floor.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ThingFile {
+    /// Unique name.
+    pub name: String,
+    /// `furniture`, `box` or `door`.
+    pub kind: String,
+    /// Material.
+    pub material: String,
+    /// Centre, x and y (m).
+    pub at_m: [f64; 2],
+    /// Turned counter-clockwise by, degrees.
+    pub yaw_deg: f64,
+    /// Length along x and y before turning (m).
+    pub size_m: [f64; 2],
+}
+
+impl Default for ThingFile {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            kind: "furniture".into(),
+            material: "wood".into(),
+            at_m: [0.0, 0.0],
+            yaw_deg: 0.0,
+            size_m: [0.4, 0.4],
+        }
+    }
+}
+
+/// `[[world.people]]`: somebody who walks along a route.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PersonFile {
+    /// Unique name.
+    pub name: String,
+    /// Corners of the route, x and y (m); the person stands at the first until it starts.
+    pub route_m: Vec<[f64; 2]>,
+    /// Walking speed, m/s.
+    pub speed_mps: f64,
+    /// Up to this much is added to the speed at random, m/s.
+    pub speed_spread_mps: f64,
+    /// Starts at, seconds.
+    pub starts_at_s: f64,
+    /// Up to this much is added to the start at random, seconds.
+    pub starts_spread_s: f64,
+    /// Whether the route is walked to and fro for ever.
+    pub repeats: bool,
+    /// Whether the person stops for a robot in front.
+    pub yields: bool,
+    /// Radius of the body, m.
+    pub radius_m: f64,
+}
+
+impl Default for PersonFile {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            route_m: Vec::new(),
+            speed_mps: 0.8,
+            speed_spread_mps: 0.0,
+            starts_at_s: 0.0,
+            starts_spread_s: 0.0,
+            repeats: false,
+            yields: true,
+            radius_m: 0.25,
+        }
+    }
+}
+
+/// `[[world.random_boxes]]`: boxes placed by the seed, along the trail or in an area.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RandomBoxesFile {
+    /// Name; a number is added when there is more than one.
+    pub name: String,
+    /// How many.
+    pub count: usize,
+    /// Sides (m).
+    pub size_m: [f64; 2],
+    /// Material.
+    pub material: String,
+    /// Between these arc lengths of the first trail (m); empty: anywhere in `area_m`.
+    pub along_trail_m: Vec<f64>,
+    /// Greatest distance of the centre from the trail, to either side (m).
+    pub offset_max_m: f64,
+    /// Lower left and upper right corner of the area (m); used when `along_trail_m` is empty.
+    pub area_m: Vec<f64>,
+    /// Least free width beside the box, on at least one side, so that a robot can pass (m).
+    pub passage_m: f64,
+    /// Least distance to other things, people and robots (m).
+    pub clearance_m: f64,
+}
+
+impl Default for RandomBoxesFile {
+    fn default() -> Self {
+        Self {
+            name: "box".into(),
+            count: 1,
+            size_m: [0.3, 0.3],
+            material: "cardboard".into(),
+            along_trail_m: Vec::new(),
+            offset_max_m: 0.1,
+            area_m: Vec::new(),
+            passage_m: 0.9,
+            clearance_m: 0.6,
+        }
+    }
+}
+
+/// `[[devices]]`.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DeviceFile {
+    /// Unique name, used by events and success.
+    pub name: String,
+    /// `button`, `motion`, `latch` or `lamp`.
+    pub kind: String,
+    /// What people read.
+    pub label: String,
+    /// Where it is drawn, x and y (m).
+    pub at_m: [f64; 2],
+    /// What a motion detector watches: corners, x and y (m).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub area_m: Vec<[f64; 2]>,
+    /// Digital input of the decision program (`button`, `motion`), 0 to 15.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub input: Option<u8>,
+    /// Digital output of the decision program (`latch`, `lamp`), 0 to 15.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub output: Option<u8>,
+}
+
+impl Default for DeviceFile {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            kind: "button".into(),
+            label: String::new(),
+            at_m: [0.0, 0.0],
+            area_m: Vec::new(),
+            input: None,
+            output: None,
+        }
+    }
+}
+
+/// `[[robots]]`.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RobotFile {
+    /// Unique name.
+    pub name: String,
+    /// Model from the catalogue.
+    pub model: String,
+    /// Where it starts: x, y (m), yaw (degrees).
+    pub start: [f64; 3],
+    /// How many; more than one are laid out in rows from `start`.
+    pub count: usize,
+    /// Distance between neighbours when there are many: along x and y (m).
+    pub spacing_m: [f64; 2],
+    /// Robots in a row when there are many.
+    pub row_length: usize,
+    /// `[robots.odometry]`: how its dead reckoning errs.
+    pub odometry: OdometryFile,
+    /// `[robots.sonar]`: what its sonars return.
+    pub sonar: SonarFile,
+    /// `[robots.link]`: the line between the robot and its navigation node.
+    pub link: LinkFile,
+    /// `[robots.navigator]`: the methods of the navigation node.
+    pub navigator: NavigatorFile,
+}
+
+impl Default for RobotFile {
+    fn default() -> Self {
+        Self {
+            name: "robot".into(),
+            model: "pioneer3dx".into(),
+            start: [0.0; 3],
+            count: 1,
+            spacing_m: [1.5, 1.5],
+            row_length: 32,
+            odometry: OdometryFile::default(),
+            sonar: SonarFile::default(),
+            link: LinkFile::default(),
+            navigator: NavigatorFile::default(),
+        }
+    }
+}
+
+/// `[robots.odometry]`: errors of dead reckoning; the defaults are perfect.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct OdometryFile {
+    /// True left wheel diameter over the nominal one.
+    pub left_diameter_ratio: f64,
+    /// True right wheel diameter over the nominal one.
+    pub right_diameter_ratio: f64,
+    /// True wheelbase over the nominal one.
+    pub wheelbase_ratio: f64,
+    /// Standard deviation of wheel slip, as a ratio of the distance rolled.
+    pub slip_std_ratio: f64,
+}
+
+impl Default for OdometryFile {
+    fn default() -> Self {
+        Self {
+            left_diameter_ratio: 1.0,
+            right_diameter_ratio: 1.0,
+            wheelbase_ratio: 1.0,
+            slip_std_ratio: 0.0,
+        }
+    }
+}
+
+/// `[robots.sonar]`.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SonarFile {
+    /// Greatest range, m.
+    pub range_max_m: f64,
+    /// Half the opening of the cone, degrees.
+    pub half_angle_deg: f64,
+    /// Rays per cone.
+    pub n_rays: usize,
+    /// Standard deviation of a range that does not grow with it, m.
+    pub range_std_m: f64,
+    /// Standard deviation that grows with the range, as a ratio of it.
+    pub range_std_ratio: f64,
+    /// Probability that a mirrored ray is followed to a ghost.
+    pub ghost_prob: f64,
+    /// Probability that an echo is missed.
+    pub dropout_prob: f64,
+    /// Probability that another sensor is heard instead.
+    pub crosstalk_prob: f64,
+}
+
+impl Default for SonarFile {
+    fn default() -> Self {
+        Self {
+            range_max_m: 5.0,
+            half_angle_deg: 15.0,
+            n_rays: 9,
+            range_std_m: 0.005,
+            range_std_ratio: 0.005,
+            ghost_prob: 0.5,
+            dropout_prob: 0.01,
+            crosstalk_prob: 0.001,
+        }
+    }
+}
+
+/// A byte link between two nodes.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LinkFile {
+    /// `memory`, `direct`, `tcp` or `serial`.
+    pub kind: String,
+    /// Bits per second, 10 bits a byte; 0: no limit.
+    pub baud: u32,
+    /// Delay of each byte, ms.
+    pub latency_ms: f64,
+    /// Up to this much is added to the delay at random, ms.
+    pub jitter_ms: f64,
+    /// Probability that a byte is lost.
+    pub loss_prob: f64,
+    /// Probability that a byte is corrupted.
+    pub corruption_prob: f64,
+    /// `tcp`: host and port.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub address: String,
+    /// `serial`: the device.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub device: String,
+}
+
+impl Default for LinkFile {
+    fn default() -> Self {
+        Self {
+            kind: "memory".into(),
+            baud: 9600,
+            latency_ms: 2.0,
+            jitter_ms: 0.0,
+            loss_prob: 0.0,
+            corruption_prob: 0.0,
+            address: String::new(),
+            device: String::new(),
+        }
+    }
+}
+
+/// `[robots.navigator]`.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NavigatorFile {
+    /// How it gets to a goal: `trail` (pheromones) or `direct` (a straight line).
+    pub route: String,
+    /// The steering law on the trail: `fuzzy` (three sets), `fuzzy_fine` (five),
+    /// `listing`, `bio_mimetic`, `fuzzy_angle` or `pure_pursuit`.
+    pub trail_controller: String,
+    /// What it does about obstacles: `checked`, `rebound` or `off`.
+    pub avoidance: String,
+    /// When it aims at its target again after a rebound: `visibility` or `detour`.
+    pub rebound: String,
+    /// Cruising speed, m/s.
+    pub speed_mps: f64,
+    /// Time between two control steps, ms.
+    pub control_period_ms: u32,
+    /// What the wheels are told to accelerate with, m/s².
+    pub acceleration_mps2: f64,
+    /// Whether it turns in place towards the trail before it drives off, and at sharp corners.
+    pub turn_first: bool,
+    /// How long it waits for an obstacle to go away, s; 0: not at all.
+    pub wait_s: f64,
+    /// How much of the trail its scout keeps known ahead, m; 0: no scout while driving.
+    pub preview_m: f64,
+    /// Within this distance of the goal it leaves the trail for a straight line, m.
+    pub approach_m: f64,
+    /// Attempts on one obstacle before it gives up.
+    pub attempts_max: u32,
+    /// How near to the goal it must stand, m.
+    pub goal_within_m: f64,
+    /// How well it must look the goal's way, degrees.
+    pub goal_within_deg: f64,
+}
+
+impl Default for NavigatorFile {
+    fn default() -> Self {
+        Self {
+            route: "trail".into(),
+            trail_controller: "fuzzy".into(),
+            avoidance: "checked".into(),
+            rebound: "visibility".into(),
+            speed_mps: 0.3,
+            control_period_ms: 200,
+            acceleration_mps2: 0.3,
+            turn_first: true,
+            wait_s: 2.5,
+            preview_m: 4.0,
+            approach_m: 0.7,
+            attempts_max: 10,
+            goal_within_m: 0.06,
+            goal_within_deg: 4.0,
+        }
+    }
+}
+
+/// `[pheromones]`.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PheromonesFile {
+    /// Trails as lines of corners, x and y (m).
+    pub trails_m: Vec<Vec<[f64; 2]>>,
+    /// Cells marked across the trail: 1, 3 or 5.
+    pub width_cells: usize,
+    /// Value of a marked cell, 1 to 127.
+    pub value: u8,
+    /// Matrix file, relative to the mission file, instead of trails.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub map_file: Option<String>,
+    /// The text of such a matrix.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub map: Option<String>,
+    /// Side of a cell, m.
+    pub cell_m: f64,
+    /// Columns; the grid is centred on the origin.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Perception radius, m.
+    pub sigma_m: f64,
+    /// Distance between the two antennas, m.
+    pub antenna_spacing_m: f64,
+    /// `scalar_sum`, `vector_atan2` or `listing`.
+    pub perception: String,
+    /// `[pheromones.link]`: the radio modem to the server.
+    pub link: LinkFile,
+}
+
+impl Default for PheromonesFile {
+    fn default() -> Self {
+        Self {
+            trails_m: Vec::new(),
+            width_cells: 1,
+            value: 1,
+            map_file: None,
+            map: None,
+            cell_m: 0.2,
+            width: 61,
+            height: 61,
+            sigma_m: 0.6,
+            antenna_spacing_m: 0.38,
+            perception: "scalar_sum".into(),
+            link: LinkFile { latency_ms: 5.0, ..LinkFile::default() },
+        }
+    }
+}
+
+/// `[decision]`.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DecisionFile {
+    /// Program file, relative to the mission file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub program_file: Option<String>,
+    /// The program itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub program: Option<String>,
+    /// `corrected` or `listing`.
+    pub mode: String,
+    /// Robot that MOVE commands; empty: none (the decision rig alone).
+    pub robot: String,
+    /// Digital input that is 1 while the robot stands at the goal it was sent to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arrived_input: Option<u8>,
+    /// Digital input that is 1 after the robot has given up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failed_input: Option<u8>,
+    /// `[decision.link]`: the radio modem to the robot.
+    pub link: LinkFile,
+}
+
+impl Default for DecisionFile {
+    fn default() -> Self {
+        Self {
+            program_file: None,
+            program: None,
+            mode: "corrected".into(),
+            robot: String::new(),
+            arrived_input: None,
+            failed_input: None,
+            link: LinkFile { latency_ms: 5.0, ..LinkFile::default() },
+        }
+    }
+}
+
+/// `[[events]]`.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EventFile {
+    /// When, seconds.
+    pub at_s: f64,
+    /// `press`, `release`, `goal`, `stop`, `place_box` or `remove`.
+    #[serde(rename = "do")]
+    pub action: String,
+    /// `press`, `release`: the device.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub device: String,
+    /// `goal`, `stop`: the robot.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub robot: String,
+    /// `goal`: x, y (m), yaw (degrees).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pose: Option<[f64; 3]>,
+    /// `goal`: x, y (m) and yaw (degrees) relative to where each robot started.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pose_from_start: Option<[f64; 3]>,
+    /// `goal`: sent as soon as the robot arrives at the goal before, not before `at_s`.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub after_arrival: bool,
+    /// `place_box`: where, x and y (m).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_m: Option<[f64; 2]>,
+    /// `place_box`: side, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size_m: Option<f64>,
+    /// `remove`, `place_box`: the thing's name.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub thing: String,
+}
+
+/// `[success]`: every requirement must hold.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SuccessFile {
+    /// No robot touches anything.
+    pub no_contact: bool,
+    /// The decision program sends exactly this many MOVE.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub moves_sent: Option<u64>,
+    /// Every robot keeps at least this distance from everything, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clearance_min_m: Option<f64>,
+    /// Root mean square distance of the first robot from the trail at most, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cross_track_rms_max_m: Option<f64>,
+    /// `[[success.arrived]]`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub arrived: Vec<ArrivedFile>,
+    /// `[[success.switched_on]]`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub switched_on: Vec<SwitchedOnFile>,
+    /// `[[success.stayed]]`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub stayed: Vec<StayedFile>,
+}
+
+/// `[[success.arrived]]`: a robot reports arrival and truly stands there.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ArrivedFile {
+    /// The robot; for many robots of one name, all of them.
+    pub robot: String,
+    /// x, y (m), yaw (degrees).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pose: Option<[f64; 3]>,
+    /// The same relative to where each robot started.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pose_from_start: Option<[f64; 3]>,
+    /// Allowed distance, m.
+    pub within_m: f64,
+    /// Allowed heading error, degrees.
+    pub within_deg: f64,
+    /// Deadline, seconds; 0: the end of the mission.
+    pub by_s: f64,
+    /// Part of the robots of that name that must arrive.
+    pub ratio_min: f64,
+}
+
+impl Default for ArrivedFile {
+    fn default() -> Self {
+        Self {
+            robot: String::new(),
+            pose: None,
+            pose_from_start: None,
+            within_m: 0.3,
+            within_deg: 15.0,
+            by_s: 0.0,
+            ratio_min: 1.0,
+        }
+    }
+}
+
+/// `[[success.switched_on]]`: a latch opens or a lamp is lit.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SwitchedOnFile {
+    /// The device.
+    pub device: String,
+    /// Deadline, seconds; 0: the end of the mission.
+    pub by_s: f64,
+}
+
+/// `[[success.stayed]]`: a robot never leaves its start.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct StayedFile {
+    /// The robot.
+    pub robot: String,
+    /// Allowed distance from the start, m.
+    pub within_m: f64,
+}
+
+impl Default for StayedFile {
+    fn default() -> Self {
+        Self { robot: String::new(), within_m: 0.05 }
+    }
+}

@@ -1,0 +1,208 @@
+//! What a checked mission consists of: SI units, names resolved to indices, nothing left to fail.
+
+use std::sync::Arc;
+
+use decision::Program;
+use geometry::{Se2, Segment, Vec2};
+use navigator::NavigatorConfig;
+use pheromones::{Field, SenseConfig};
+use robot_models::{OdometryErrors, RobotModel};
+use run_context::Stamp;
+use sensor_models::SonarModel;
+use wire::link::LinkConfig;
+
+/// The static surroundings and everything in them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct WorldPlan {
+    pub(crate) bounds: [f64; 4],
+    pub(crate) walls: Vec<(Segment, u32)>,
+    pub(crate) points: Vec<(Vec2, u32)>,
+    pub(crate) point_size_m: f64,
+    pub(crate) rooms: Vec<(String, Vec2)>,
+    pub(crate) things: Vec<ThingPlan>,
+    pub(crate) people: Vec<PersonPlan>,
+    pub(crate) random_boxes: Vec<RandomBoxes>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum PlannedKind {
+    Furniture,
+    Box,
+    Door,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct ThingPlan {
+    pub(crate) name: String,
+    pub(crate) kind: PlannedKind,
+    pub(crate) corners: Vec<Vec2>,
+    pub(crate) material: u32,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct PersonPlan {
+    pub(crate) name: String,
+    pub(crate) route: Vec<Vec2>,
+    pub(crate) speed_mps: f64,
+    pub(crate) speed_spread_mps: f64,
+    pub(crate) starts_at_s: f64,
+    pub(crate) starts_spread_s: f64,
+    pub(crate) repeats: bool,
+    pub(crate) yields: bool,
+    pub(crate) radius_m: f64,
+}
+
+/// Where random boxes may stand.
+#[derive(Clone, Debug)]
+pub(crate) enum BoxRegion {
+    /// Arc lengths of the trail and the greatest distance from it, metres.
+    AlongTrail { from_m: f64, to_m: f64, offset_max_m: f64 },
+    /// x0, y0, x1, y1, metres.
+    Area([f64; 4]),
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct RandomBoxes {
+    pub(crate) name: String,
+    pub(crate) count: usize,
+    pub(crate) size_m: Vec2,
+    pub(crate) material: u32,
+    pub(crate) region: BoxRegion,
+    pub(crate) passage_m: f64,
+    pub(crate) clearance_m: f64,
+}
+
+/// What a device is, and how it is wired.
+#[derive(Clone, Debug)]
+pub(crate) enum DeviceWiring {
+    Button { input: Option<u8> },
+    Motion { input: Option<u8>, zone: geometry::Polygon },
+    Latch { output: u8 },
+    Lamp { output: u8 },
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct DevicePlan {
+    pub(crate) name: String,
+    pub(crate) label: String,
+    pub(crate) at: Vec2,
+    pub(crate) wiring: DeviceWiring,
+}
+
+/// The line between two nodes.
+#[derive(Clone, Debug)]
+pub(crate) enum LinkPlan {
+    /// Bytes in memory, in virtual time.
+    Memory(LinkConfig),
+    /// No bytes: messages are handed over at once.
+    Direct,
+    /// Bytes over a socket to a robot elsewhere.
+    Tcp { address: String },
+    /// Bytes over a serial line to a robot elsewhere.
+    Serial { device: String, baud: u32 },
+}
+
+impl LinkPlan {
+    /// Bits per second, 0 when there is no limit.
+    pub(crate) fn baud(&self) -> u32 {
+        match self {
+            Self::Memory(config) => config.baud.unwrap_or(0),
+            Self::Direct | Self::Tcp { .. } => 0,
+            Self::Serial { baud, .. } => *baud,
+        }
+    }
+}
+
+/// One robot; tables with a count above one become several of these.
+#[derive(Clone, Debug)]
+pub(crate) struct RobotPlan {
+    pub(crate) name: String,
+    /// Name in the file, shared by all robots of one table.
+    pub(crate) group: String,
+    pub(crate) model: Arc<RobotModel>,
+    pub(crate) start: Se2,
+    pub(crate) errors: OdometryErrors,
+    pub(crate) sonar: SonarModel,
+    pub(crate) link: LinkPlan,
+    pub(crate) navigator: Arc<NavigatorConfig>,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct PheromonePlan {
+    pub(crate) field: Field,
+    pub(crate) trails: Vec<Vec<Vec2>>,
+    pub(crate) sense: SenseConfig,
+    pub(crate) link: LinkPlan,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct DecisionPlan {
+    pub(crate) source: String,
+    pub(crate) program: Program,
+    pub(crate) listing_mode: bool,
+    /// Index of the robot that MOVE commands.
+    pub(crate) robot: Option<usize>,
+    pub(crate) arrived_input: Option<u8>,
+    pub(crate) failed_input: Option<u8>,
+    pub(crate) link: LinkPlan,
+}
+
+/// Something that happens.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Action {
+    Button { device: usize, pressed: bool },
+    Goal { robots: Vec<usize>, pose: GoalPose },
+    Stop { robots: Vec<usize> },
+    PlaceBox { name: String, at: Vec2, size_m: f64 },
+    Remove { name: String },
+}
+
+/// A pose in the map, or relative to where each robot started.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum GoalPose {
+    InMap(Se2),
+    FromStart(Se2),
+}
+
+impl GoalPose {
+    /// The pose in the map for a robot that started at `start`.
+    pub(crate) fn resolve(self, start: Se2) -> Se2 {
+        match self {
+            Self::InMap(pose) => pose,
+            Self::FromStart(pose) => start.compose(pose),
+        }
+    }
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct EventPlan {
+    pub(crate) at: Stamp,
+    pub(crate) after_arrival: bool,
+    pub(crate) action: Action,
+}
+
+/// One requirement of success.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Requirement {
+    NoContact,
+    MovesSent(u64),
+    ClearanceMin(f64),
+    CrossTrackRmsMax(f64),
+    Arrived {
+        robots: Vec<usize>,
+        group: String,
+        pose: GoalPose,
+        within_m: f64,
+        within_rad: f64,
+        by: Stamp,
+        ratio_min: f64,
+    },
+    SwitchedOn {
+        device: usize,
+        by: Stamp,
+    },
+    Stayed {
+        robots: Vec<usize>,
+        within_m: f64,
+    },
+}

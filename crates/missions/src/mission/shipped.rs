@@ -1,0 +1,43 @@
+//! The missions that come with the library, embedded in it.
+
+/// A mission and the files it names.
+pub(crate) struct ShippedMission {
+    pub(crate) name: &'static str,
+    pub(crate) text: &'static str,
+}
+
+/// A file that shipped missions name.
+pub(crate) struct ShippedFile {
+    pub(crate) path: &'static str,
+    pub(crate) text: &'static str,
+}
+
+macro_rules! shipped {
+    ($($name:literal),* $(,)?) => {
+        &[$(ShippedMission {
+            name: $name,
+            text: include_str!(concat!("../../../../missions/", $name, ".toml")),
+        }),*]
+    };
+}
+
+/// In the order in which they are offered: the first is what `cairn` runs without arguments.
+pub(crate) const MISSIONS: &[ShippedMission] = shipped![
+    "doorbell",
+    "doorbell-answered",
+    "trail-45deg",
+    "trail-corner",
+    "one-obstacle",
+    "intermediate-goals",
+    "decision-rig",
+    "swarm",
+];
+
+/// Programs and maps that the shipped missions name.
+pub(crate) const FILES: &[ShippedFile] = &[ShippedFile {
+    path: "doorbell.rdpl",
+    text: include_str!("../../../../missions/doorbell.rdpl"),
+}];
+
+/// The expected verdicts: name, seed, `pass` or `fail`, tab-separated, one line each below a head.
+pub(crate) const EXPECTED: &str = include_str!("../../../../missions/expected.tsv");

@@ -1,0 +1,278 @@
+//! Recordings: a run as an MCAP file that stands alone.
+//!
+//! | topic | encoding | content |
+//! | --- | --- | --- |
+//! | `/cairn/head` | JSON | version, seed, resolved mission as TOML; the first message |
+//! | `/cairn/interventions` | JSON | what a person did, before which step |
+//! | `/cairn/hash` | 16 bytes, little endian | step and state hash after every step |
+//! | `/cairn/state` | JSON | what a screen shows, ten times a second |
+//! | `/cairn/log` | JSON | events in words |
+//! | `/cairn/end` | JSON | steps taken and the verdict; absent when the recording was cut off |
+//!
+//! Log times are virtual. The file is written beside its final name and renamed at the end, so that a name
+//! always means a whole recording; what a crash leaves behind (`….part`) replays as far as it goes.
+
+use std::{
+    collections::BTreeMap,
+    fs::{self, File},
+    io::BufWriter,
+    path::{Path, PathBuf},
+};
+
+use mcap::{WriteOptions, Writer, records::MessageHeader};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use crate::{
+    intervention::InterventionRecord,
+    run::Run,
+    view::{LogItem, Pose, SceneThing, ViewDecision, ViewRobot, ViewState},
+};
+
+/// Version of the recording's layout.
+pub(crate) const FORMAT: u32 = 1;
+/// Steps between two recorded views.
+const VIEW_STEPS: u64 = 10;
+/// Bytes collected before they are written out; at most so much is lost in a crash.
+const CHUNK_BYTES: u64 = 256 * 1024;
+
+pub(crate) const HEAD: &str = "/cairn/head";
+pub(crate) const INTERVENTIONS: &str = "/cairn/interventions";
+pub(crate) const HASH: &str = "/cairn/hash";
+pub(crate) const STATE: &str = "/cairn/state";
+pub(crate) const LOG: &str = "/cairn/log";
+pub(crate) const END: &str = "/cairn/end";
+
+/// The first message.
+#[derive(Debug, Deserialize, Serialize)]
+pub(crate) struct Head {
+    pub(crate) format: u32,
+    pub(crate) cairn: String,
+    pub(crate) seed: u64,
+    pub(crate) mission: String,
+}
+
+/// The last message.
+#[derive(Debug, Deserialize, Serialize)]
+pub(crate) struct EndRecord {
+    pub(crate) steps: u64,
+    pub(crate) passed: Option<bool>,
+    pub(crate) text: String,
+}
+
+/// A recording that cannot be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordError {
+    /// The file system refuses.
+    #[error("{}: cannot be written: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The format's writer refuses.
+    #[error("{}: cannot be recorded: {source}", path.display())]
+    Mcap {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: mcap::McapError,
+    },
+}
+
+/// Writes a run to a file, step by step.
+///
+/// ```no_run
+/// # use missions::{Mission, Recorder, Run};
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let mission = Mission::load("doorbell", &[])?;
+/// let seed = mission.seed();
+/// let mut run = Run::new(mission, seed)?;
+/// let mut recorder = Recorder::create("doorbell.mcap".as_ref(), &run)?;
+/// while run.finished().is_none() {
+///     run.step();
+///     let log = run.drain_log();
+///     recorder.record(&run, &log)?;
+/// }
+/// recorder.finish(&run)?;
+/// # Ok(())
+/// # }
+/// ```
+pub struct Recorder {
+    path: PathBuf,
+    part: PathBuf,
+    writer: Writer<BufWriter<File>>,
+    channels: [u16; 6],
+    n_interventions: usize,
+    sequence: u32,
+}
+
+impl std::fmt::Debug for Recorder {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Recorder").field("path", &self.path).finish_non_exhaustive()
+    }
+}
+
+impl Recorder {
+    /// Begins a recording of a run that has not been stepped yet.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordError`] when the file cannot be written.
+    pub fn create(path: &Path, run: &Run) -> Result<Self, RecordError> {
+        let mut name = path.file_name().map(std::ffi::OsStr::to_owned).unwrap_or_default();
+        name.push(".part");
+        let part = path.with_file_name(name);
+        let io = |source| RecordError::Io { path: part.clone(), source };
+        let refuse = |source| RecordError::Mcap { path: part.clone(), source };
+        let file = BufWriter::new(File::create(&part).map_err(io)?);
+        let options = WriteOptions::new()
+            .compression(None)
+            .profile("cairn")
+            .library(format!("cairn {}", env!("CARGO_PKG_VERSION")))
+            .chunk_size(Some(CHUNK_BYTES));
+        let mut writer = options.create(file).map_err(refuse)?;
+        let mut channels = [0; 6];
+        for (id, topic) in channels.iter_mut().zip([HEAD, INTERVENTIONS, HASH, STATE, LOG, END]) {
+            let encoding = if topic == HASH { "cairn.hash.v1" } else { "json" };
+            *id = writer.add_channel(0, topic, encoding, &BTreeMap::new()).map_err(refuse)?;
+        }
+        let path = path.to_owned();
+        let mut recorder = Self { path, part, writer, channels, n_interventions: 0, sequence: 0 };
+        let head = Head {
+            format: FORMAT,
+            cairn: env!("CARGO_PKG_VERSION").to_owned(),
+            seed: run.seed().0,
+            mission: run.mission().to_toml(),
+        };
+        recorder.write_json(HEAD, run, &json!(head))?;
+        Ok(recorder)
+    }
+
+    /// Writes what the last step brought; call it after every [`Run::step`], with the log entries
+    /// drained since.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordError`] when the file cannot be written.
+    pub fn record(&mut self, run: &Run, log: &[LogItem]) -> Result<(), RecordError> {
+        self.interventions(run)?;
+        let mut bytes = [0; 16];
+        bytes[..8].copy_from_slice(&run.steps().to_le_bytes());
+        bytes[8..].copy_from_slice(&run.state_hash().value().to_le_bytes());
+        self.write(HASH, run, &bytes)?;
+        if run.steps().is_multiple_of(VIEW_STEPS) {
+            let view = run.view();
+            self.write_json(STATE, run, &view_json(&view))?;
+        }
+        for item in log {
+            let t_s = item.step as f64 * 0.01;
+            let value = json!({"t_s": t_s, "level": item.level.name(), "text": item.text});
+            self.write_json(LOG, run, &value)?;
+        }
+        Ok(())
+    }
+
+    /// Ends the recording and gives the file its name.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordError`] when the file cannot be written; what there is stays under `….part`.
+    pub fn finish(mut self, run: &Run) -> Result<PathBuf, RecordError> {
+        self.interventions(run)?;
+        let verdict = run.finished();
+        let end = EndRecord {
+            steps: run.steps(),
+            passed: verdict.map(|v| v.passed),
+            text: verdict.map_or_else(|| "not finished".to_owned(), |v| v.text.clone()),
+        };
+        self.write_json(END, run, &json!(end))?;
+        let refuse = |source| RecordError::Mcap { path: self.part.clone(), source };
+        self.writer.finish().map_err(refuse)?;
+        let io = |source| RecordError::Io { path: self.path.clone(), source };
+        let file = self.writer.into_inner().into_inner().map_err(|e| io(e.into_error()))?;
+        file.sync_all().map_err(io)?;
+        fs::rename(&self.part, &self.path).map_err(io)?;
+        Ok(self.path)
+    }
+
+    fn interventions(&mut self, run: &Run) -> Result<(), RecordError> {
+        for new in &run.interventions()[self.n_interventions..] {
+            self.write_json(INTERVENTIONS, run, &json!(InterventionRecord::from(new)))?;
+        }
+        self.n_interventions = run.interventions().len();
+        Ok(())
+    }
+
+    fn write_json(&mut self, topic: &str, run: &Run, value: &Value) -> Result<(), RecordError> {
+        self.write(topic, run, value.to_string().as_bytes())
+    }
+
+    fn write(&mut self, topic: &str, run: &Run, data: &[u8]) -> Result<(), RecordError> {
+        let topics = [HEAD, INTERVENTIONS, HASH, STATE, LOG, END];
+        let place = topics.iter().position(|&t| t == topic).unwrap_or(0);
+        let time = run.now().as_nanos();
+        self.sequence = self.sequence.wrapping_add(1);
+        let header = MessageHeader {
+            channel_id: self.channels[place],
+            sequence: self.sequence,
+            log_time: time,
+            publish_time: time,
+        };
+        let refuse = |source| RecordError::Mcap { path: self.part.clone(), source };
+        self.writer.write_to_known_channel(&header, data).map_err(refuse)
+    }
+}
+
+fn pose(p: Pose) -> Value {
+    json!([p.x_m, p.y_m, p.yaw_rad])
+}
+
+/// A view in the studio's terms.
+fn view_json(view: &ViewState) -> Value {
+    let person = |p: &crate::view::ViewPerson| json!({"name": p.name, "at": pose(p.at), "radius_m": p.radius_m});
+    json!({
+        "t_s": view.t_s,
+        "step": view.step,
+        "robots": view.robots.iter().map(robot_json).collect::<Vec<_>>(),
+        "people": view.people.iter().map(person).collect::<Vec<_>>(),
+        "things": view.things.iter().map(thing_json).collect::<Vec<_>>(),
+        "devices": view.devices_on,
+        "decision": view.decision.as_ref().map(decision_json),
+        "figures": {
+            "path_length_m": view.figures.path_length_m,
+            "time_s": view.figures.time_s,
+            "clearance_min_m": view.figures.clearance_min_m,
+            "contacts": view.figures.contacts,
+            "cross_track_rms_m": view.figures.cross_track_rms_m,
+        },
+    })
+}
+
+fn robot_json(r: &ViewRobot) -> Value {
+    json!({
+        "truth": pose(r.truth),
+        "estimate": pose(r.estimate),
+        "wheels_mps": r.wheels_mps,
+        "sonar_m": r.sonar_m,
+        "phase": r.phase,
+        "avoider_state": r.avoider_state,
+        "goal": r.goal.map(pose),
+        "intensities": r.intensities,
+        "cross_track_m": r.cross_track_m,
+        "touching": r.touching,
+        "clearance_m": r.clearance_m,
+    })
+}
+
+fn thing_json(t: &SceneThing) -> Value {
+    let corners: Vec<[f64; 2]> = t.corners_m.iter().map(|c| [c.x, c.y]).collect();
+    json!({"id": t.id, "name": t.name, "kind": t.kind, "corners_m": corners})
+}
+
+fn decision_json(d: &ViewDecision) -> Value {
+    let resources: BTreeMap<&str, u8> = d.resources.iter().map(|(n, v)| (n.as_str(), *v)).collect();
+    json!({"scans": d.scans, "resources": resources, "run": d.run})
+}

@@ -1,0 +1,588 @@
+//! The closed loop: every node of a mission, advanced together in steps of 10 ms.
+//!
+//! One step: what the mission or a person wants to happen now happens; the devices are read; the
+//! decision node scans; every robot's nodes (firmware, links, driver, navigator, pheromone server)
+//! run, in parallel when there are many, each touching only its own state and the world as it was; their
+//! wheel references are applied in the robots' order; the world moves; figures and requirements are
+//! brought up to date.
+
+mod build;
+mod devices;
+mod direct;
+mod ground;
+mod judge;
+mod lines;
+mod metrics;
+mod scene;
+mod show;
+mod tap;
+mod vehicle;
+
+use std::{collections::VecDeque, time::Duration};
+
+use geometry::Se2;
+use rayon::prelude::*;
+use run_context::{RunSeed, Stamp, StateHash};
+use simulator::{ThingId, World};
+
+use crate::{
+    intervention::{Intervention, InterventionError, RecordedIntervention},
+    mission::{
+        Mission,
+        plan::{Action, GoalPose},
+    },
+    summary::Summary,
+    transport::TransportError,
+    verdict::Verdict,
+    view::{LogItem, LogLevel, Scene, TraceItem, ViewPose, ViewState},
+};
+use devices::Devices;
+use ground::DecisionNode;
+use judge::Judge;
+use metrics::RobotMetrics;
+use vehicle::{GroundOrder, Vehicle};
+
+/// One step of virtual time.
+pub const STEP: Duration = Duration::from_millis(10);
+
+/// Log entries kept until somebody drains them; older ones are dropped first.
+const LOG_MAX: usize = 2000;
+/// Trace entries kept until somebody drains them.
+const TRACE_MAX: usize = 4000;
+/// From this many robots on, their nodes run in parallel.
+const PARALLEL_FROM: usize = 8;
+/// In swarms every robot's clearance is measured once in so many steps.
+const SWARM_TURNS: u64 = 50;
+/// Robots per parallel piece of work.
+const PIECE: usize = 8;
+/// How long a pressed button stays pressed.
+const PRESS_STEPS: u64 = 50;
+
+/// A mission that cannot be started.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// The simulator refuses the world.
+    #[error("the world of mission `{mission}` cannot be built: {source}")]
+    World {
+        /// The mission.
+        mission: String,
+        /// Why.
+        source: simulator::WorldError,
+    },
+    /// A random box found no place.
+    #[error(
+        "no place for `{name}` after {tries} tries with seed {seed}: make the region larger, or \
+         passage_m or clearance_m smaller"
+    )]
+    NoPlace {
+        /// The box.
+        name: String,
+        /// Places tried.
+        tries: u32,
+        /// The seed.
+        seed: u64,
+    },
+    /// A robot elsewhere cannot be reached.
+    #[error("robot `{robot}`: {source}")]
+    Transport {
+        /// The robot.
+        robot: String,
+        /// Why.
+        source: TransportError,
+    },
+    /// A navigator or link refuses its settings.
+    #[error("robot `{robot}`: {problem}")]
+    Settings {
+        /// The robot.
+        robot: String,
+        /// What is wrong.
+        problem: String,
+    },
+}
+
+/// A running mission.
+///
+/// Cost: one robot with all its bytes takes a few microseconds a step; memory does not grow with time.
+#[derive(Debug)]
+pub struct Run {
+    mission: Mission,
+    seed: RunSeed,
+    steps: u64,
+    world: World,
+    n_initial_things: u64,
+    vehicles: Vec<Vehicle>,
+    decision: Option<DecisionNode>,
+    devices: Devices,
+    metrics: Vec<RobotMetrics>,
+    judge: Judge,
+    verdict: Option<Verdict>,
+    next_event: usize,
+    waiting_goals: VecDeque<(usize, GoalPose)>,
+    /// Sum over the steps of the way of what moved farthest, m.
+    others_moved_m: f64,
+    interventions: Vec<RecordedIntervention>,
+    log: VecDeque<LogItem>,
+    trace: VecDeque<TraceItem>,
+    trace_on: bool,
+}
+
+/// The world of a mission without its robots, and where its first robot would start: for hosts that
+/// put a robot of their own into it.
+///
+/// # Errors
+///
+/// [`RunError`] when the world cannot be built.
+pub fn world_of(mission: &Mission, seed: RunSeed) -> Result<(World, Option<Se2>), RunError> {
+    let (world, _) = build::world(mission, seed)?;
+    Ok((world, mission.parts().robots.first().map(|robot| robot.start)))
+}
+
+impl Run {
+    /// Puts everything in place: the world with its random boxes and people, the robots, the nodes.
+    ///
+    /// Missions with `tcp` or `serial` links connect here.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError`] when the world cannot be built or a robot elsewhere cannot be reached.
+    pub fn new(mission: Mission, seed: RunSeed) -> Result<Self, RunError> {
+        let (mut world, n_initial_things) = build::world(&mission, seed)?;
+        let vehicles = build::vehicles(&mission, seed, &mut world)?;
+        let decision = build::decision(&mission);
+        let parts = mission.parts();
+        let trail = parts.pheromones.as_ref().and_then(|p| p.trails.first().cloned());
+        let metrics = parts
+            .robots
+            .iter()
+            .zip(&vehicles)
+            .map(|(r, v)| RobotMetrics::new(v.body, r.start, trail.as_deref()))
+            .collect();
+        let devices = Devices::new(&parts.devices);
+        let judge = Judge::new(&parts.success);
+        Ok(Self {
+            mission,
+            seed,
+            steps: 0,
+            world,
+            n_initial_things,
+            vehicles,
+            decision,
+            devices,
+            metrics,
+            judge,
+            verdict: None,
+            next_event: 0,
+            waiting_goals: VecDeque::new(),
+            others_moved_m: 0.0,
+            interventions: Vec::new(),
+            log: VecDeque::new(),
+            trace: VecDeque::new(),
+            trace_on: false,
+        })
+    }
+
+    /// The mission.
+    pub fn mission(&self) -> &Mission {
+        &self.mission
+    }
+
+    /// The seed.
+    pub fn seed(&self) -> RunSeed {
+        self.seed
+    }
+
+    /// Steps taken.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Virtual time since the beginning.
+    pub fn now(&self) -> Stamp {
+        Stamp::from_millis(self.steps * 10)
+    }
+
+    /// The verdict, once it is certain; it does not change any more.
+    pub fn finished(&self) -> Option<&Verdict> {
+        self.verdict.as_ref()
+    }
+
+    /// Advances by [`STEP`]. A run may go on after its verdict; the verdict stays.
+    ///
+    /// Does not allocate while nothing is logged or traced.
+    pub fn step(&mut self) {
+        let now = self.now();
+        self.happen(now);
+        self.devices.sense(now, self.steps, &self.world);
+        self.decide(now);
+        self.run_vehicles(now);
+        self.world.step();
+        self.steps += 1;
+        self.observe();
+        if self.verdict.is_none() {
+            self.judge_step();
+        }
+    }
+
+    /// Steps until the verdict is certain, which the mission's greatest duration bounds.
+    pub fn run_to_end(&mut self) -> &Verdict {
+        while self.verdict.is_none() {
+            self.step();
+        }
+        // The loop ends only with a verdict.
+        self.verdict.get_or_insert_with(|| Verdict::from_checks(Vec::new()))
+    }
+
+    /// Interferes before the next step; what is accepted is recorded for replays.
+    ///
+    /// # Errors
+    ///
+    /// [`InterventionError`] when it cannot be done; nothing has changed then.
+    pub fn apply(&mut self, intervention: Intervention) -> Result<(), InterventionError> {
+        self.interfere(&intervention)?;
+        self.interventions.push(RecordedIntervention { step: self.steps, intervention });
+        Ok(())
+    }
+
+    /// The accepted interventions, in order.
+    pub fn interventions(&self) -> &[RecordedIntervention] {
+        &self.interventions
+    }
+
+    /// What does not change during the run.
+    pub fn scene(&self) -> Scene {
+        scene::scene(self)
+    }
+
+    /// What changes.
+    pub fn view(&self) -> ViewState {
+        show::view(self, self.vehicles.len())
+    }
+
+    /// What changes, with no more than the first `n_robots` robots: a view of a swarm takes longer than its
+    /// step. [`Run::poses`] has the rest.
+    pub fn view_of_first(&self, n_robots: usize) -> ViewState {
+        show::view(self, n_robots)
+    }
+
+    /// Every robot in brief, in order. Does not allocate.
+    pub fn poses(&self) -> impl Iterator<Item = ViewPose> {
+        self.vehicles.iter().map(|vehicle| {
+            let body = vehicle.body.map(|id| self.world.body(id));
+            let estimate = || vehicle.navigator().view().map_from_base.se2();
+            ViewPose {
+                truth: body.map_or_else(estimate, |b| b.world_from_base.se2()).into(),
+                touching: body.is_some_and(|b| b.touching),
+                arrived: vehicle.has_arrived(),
+            }
+        })
+    }
+
+    /// The resources that the decision program names and the outputs of its timers, with their bytes,
+    /// always in the same order; nothing without a program. Does not allocate.
+    pub fn decision_resources(&self) -> impl Iterator<Item = (&str, u8)> {
+        self.decision.iter().flat_map(DecisionNode::resources)
+    }
+
+    /// The run in figures.
+    pub fn summary(&self) -> Summary {
+        show::summary(self)
+    }
+
+    /// Switches the collection of decoded packets on or off; it is off at first.
+    pub fn set_trace(&mut self, on: bool) {
+        self.trace_on = on;
+        for vehicle in &mut self.vehicles {
+            vehicle.set_trace(on);
+        }
+        self.trace.clear();
+    }
+
+    /// Takes the decoded packets since the last call, oldest first; at most 4000 are kept.
+    pub fn drain_trace(&mut self) -> Vec<TraceItem> {
+        self.trace.drain(..).collect()
+    }
+
+    /// Takes the log entries since the last call, oldest first; at most 2000 are kept.
+    pub fn drain_log(&mut self) -> Vec<LogItem> {
+        self.log.drain(..).collect()
+    }
+
+    /// Hash of everything that decides what happens next. Cost: linear in robots, people and things.
+    pub fn state_hash(&self) -> StateHash {
+        let mut hash = StateHash::new();
+        hash.absorb_u64(self.steps);
+        self.world.absorb_state(&mut hash);
+        for vehicle in &self.vehicles {
+            vehicle.absorb_state(&mut hash);
+        }
+        if let Some(decision) = &self.decision {
+            decision.absorb_state(&mut hash);
+        }
+        self.devices.absorb_state(&mut hash);
+        hash
+    }
+
+    /// What the mission planned for now.
+    fn happen(&mut self, now: Stamp) {
+        while let Some(event) = self.mission.parts().events.get(self.next_event) {
+            if event.at > now {
+                break;
+            }
+            let event = event.clone();
+            self.next_event += 1;
+            match event.action {
+                Action::Goal { robots, pose } if event.after_arrival => {
+                    self.waiting_goals.extend(robots.into_iter().map(|robot| (robot, pose)));
+                }
+                action => self.act(action),
+            }
+        }
+        if let Some(&(robot, pose)) = self.waiting_goals.front()
+            && self.vehicles.get(robot).is_some_and(Vehicle::has_arrived)
+        {
+            self.waiting_goals.pop_front();
+            self.send_goal(robot, pose);
+        }
+    }
+
+    fn act(&mut self, action: Action) {
+        match action {
+            Action::Button { device, pressed } => {
+                self.devices.hold(device, pressed);
+                let label = self.devices.label(device).to_owned();
+                let text = if pressed { "is pressed" } else { "is released" };
+                self.note(LogLevel::Info, format!("{label} {text}"));
+            }
+            Action::Goal { robots, pose } => {
+                for robot in robots {
+                    self.send_goal(robot, pose);
+                }
+            }
+            Action::Stop { robots } => robots.into_iter().for_each(|robot| self.send_stop(robot)),
+            Action::PlaceBox { name, at, size_m } => {
+                if let Err(error) = self.put_box(&name, at, size_m) {
+                    self.note(LogLevel::Warn, error.to_string());
+                }
+            }
+            Action::Remove { name } => {
+                let found = self.world.thing_by_name(&name);
+                let done = found.is_some_and(|id| self.world.remove_thing(id));
+                let text = if done { "is taken away" } else { "is not there any more" };
+                self.note(LogLevel::Info, format!("{name} {text}"));
+            }
+        }
+    }
+
+    fn send_goal(&mut self, robot: usize, pose: GoalPose) {
+        let goal = pose.resolve(self.mission.parts().robots[robot].start);
+        self.vehicles[robot].order(GroundOrder::GoTo(goal));
+        self.metrics[robot].goal_given(self.steps);
+        if self.vehicles.len() < PARALLEL_FROM {
+            let name = self.vehicles[robot].name.clone();
+            self.note(LogLevel::Info, format!("goal for {name}: {}", words(goal)));
+        }
+    }
+
+    fn send_stop(&mut self, robot: usize) {
+        self.vehicles[robot].order(GroundOrder::Stop);
+        let name = self.vehicles[robot].name.clone();
+        self.note(LogLevel::Warn, format!("{name} is told to stop"));
+    }
+
+    fn interfere(&mut self, intervention: &Intervention) -> Result<(), InterventionError> {
+        let n_robots = self.vehicles.len();
+        let check = |robot: usize| {
+            let known = (robot < n_robots).then_some(());
+            known.ok_or(InterventionError::NoSuchRobot { robot, n_robots })
+        };
+        match intervention {
+            Intervention::PressButton { device } => {
+                let index = self.devices.button(device)?;
+                self.devices.press(index, self.steps + PRESS_STEPS);
+                let label = self.devices.label(index).to_owned();
+                self.note(LogLevel::Info, format!("{label} is pressed"));
+            }
+            Intervention::PlaceBox { at, size_m } => {
+                self.put_box("box", *at, *size_m)?;
+            }
+            Intervention::RemoveThing { id } => {
+                let removable = *id >= self.n_initial_things;
+                if !removable || !self.world.remove_thing(ThingId(*id)) {
+                    return Err(InterventionError::NoSuchThing { id: *id });
+                }
+                self.note(LogLevel::Info, "a box is taken away".to_owned());
+            }
+            Intervention::SendGoal { robot, goal_in_map } => {
+                check(*robot)?;
+                let Se2 { x_m, y_m, yaw_rad } = *goal_in_map;
+                if !(x_m.abs() <= 32.0 && y_m.abs() <= 32.0 && yaw_rad.is_finite()) {
+                    let what = "the goal's coordinates";
+                    return Err(InterventionError::OutOfRange { what, allowed: "within 32 m" });
+                }
+                self.send_goal(*robot, GoalPose::InMap(*goal_in_map));
+            }
+            Intervention::Stop { robot } => {
+                check(*robot)?;
+                self.send_stop(*robot);
+            }
+        }
+        Ok(())
+    }
+
+    fn put_box(
+        &mut self,
+        name: &str,
+        at: geometry::Vec2,
+        size_m: f64,
+    ) -> Result<(), InterventionError> {
+        build::place_box(&mut self.world, name, at, size_m)?;
+        self.metrics.iter_mut().for_each(RobotMetrics::forget_clearance);
+        let text = format!("a box of {size_m:.2} m is put down at ({:.2}, {:.2}) m", at.x, at.y);
+        self.note(LogLevel::Info, text);
+        Ok(())
+    }
+
+    fn decide(&mut self, now: Stamp) {
+        let Some(decision) = &mut self.decision else { return };
+        let robot = decision.robot();
+        let telemetry = robot.map_or((false, false), |r| {
+            let telemetry = self.vehicles[r].telemetry();
+            (telemetry.arrived, telemetry.failed)
+        });
+        let (log, steps) = (&mut self.log, self.steps);
+        let (vehicles, metrics) = (&mut self.vehicles, &mut self.metrics);
+        decision.step(&self.devices, telemetry, |goal| {
+            let text = format!("MOVE to {} sent by the decision program", words(goal));
+            push_log(log, LogItem { step: steps, level: LogLevel::Info, text });
+            if let Some(robot) = robot {
+                vehicles[robot].order(GroundOrder::GoTo(goal));
+                metrics[robot].goal_given(steps);
+            }
+        });
+        let outputs = decision.machine().outputs();
+        let mut changed: u64 = 0;
+        self.devices.drive(outputs, now, |index| changed |= 1 << index.min(63));
+        for index in (0..64).filter(|i| changed >> i & 1 == 1) {
+            let text = self.devices.describe(index);
+            self.note(LogLevel::Good, text);
+        }
+    }
+
+    fn run_vehicles(&mut self, now: Stamp) {
+        let world = &self.world;
+        let field = self.mission.parts().pheromones.as_ref().map(|p| &p.field);
+        if self.vehicles.len() < PARALLEL_FROM {
+            self.vehicles.iter_mut().for_each(|vehicle| vehicle.step(now, world, field));
+        } else {
+            // Each robot touches only its own state, so the pieces may run in any order.
+            self.vehicles
+                .par_chunks_mut(PIECE)
+                .for_each(|piece| piece.iter_mut().for_each(|v| v.step(now, world, field)));
+        }
+        for vehicle in &self.vehicles {
+            vehicle.apply(&mut self.world);
+        }
+    }
+
+    /// Figures, log and trace after a step.
+    fn observe(&mut self) {
+        let mut farthest_m = self.farthest_person_m();
+        for (vehicle, metrics) in self.vehicles.iter().zip(&mut self.metrics) {
+            if let Some(body) = vehicle.body {
+                let way_m = metrics.update(self.world.body(body), vehicle.is_following());
+                farthest_m = farthest_m.max(way_m);
+            }
+            metrics.arrival(vehicle.has_arrived(), self.steps);
+        }
+        self.others_moved_m += farthest_m;
+        self.measure_clearances();
+        if self.vehicles.len() < PARALLEL_FROM {
+            (0..self.vehicles.len()).for_each(|i| self.report(i));
+        }
+    }
+
+    /// How far the fastest person can have come in one step, m.
+    fn farthest_person_m(&self) -> f64 {
+        let walking = self.world.people().iter().filter(|p| p.is_moving());
+        let speeds = walking.map(|p| p.spec.speed_mps);
+        speeds.fold(0.0, f64::max) * STEP.as_secs_f64()
+    }
+
+    /// Every robot's least clearance; in swarms each robot's turn comes twice a second.
+    fn measure_clearances(&mut self) {
+        let (world, others_moved_m, steps) = (&self.world, self.others_moved_m, self.steps);
+        let measure = |metrics: &mut RobotMetrics| metrics.measure_clearance(world, others_moved_m);
+        if self.vehicles.len() < PARALLEL_FROM {
+            self.metrics.iter_mut().for_each(measure);
+            return;
+        }
+        let turn = (steps % SWARM_TURNS) as usize;
+        let piece = self.vehicles.len().div_ceil(SWARM_TURNS as usize);
+        let first = (turn * piece).min(self.vehicles.len());
+        let last = (first + piece).min(self.vehicles.len());
+        self.metrics[first..last].par_iter_mut().with_min_len(PIECE).for_each(measure);
+    }
+
+    /// News and packets of one robot, for the log and the trace.
+    fn report(&mut self, i: usize) {
+        while let Some((level, text)) = self.vehicles[i].take_news() {
+            self.note(level, text);
+        }
+        if self.trace_on {
+            self.collect_trace(i);
+        }
+        if self.metrics[i].take_new_contact() {
+            let name = self.vehicles[i].name.clone();
+            self.note(LogLevel::Bad, format!("{name} touches something"));
+        }
+    }
+
+    fn collect_trace(&mut self, vehicle: usize) {
+        let step = self.steps;
+        let trace = &mut self.trace;
+        self.vehicles[vehicle].drain_taps(|link, to, bytes, text| {
+            if trace.len() >= TRACE_MAX {
+                trace.pop_front();
+            }
+            trace.push_back(TraceItem { step, link, to, bytes, text });
+        });
+    }
+
+    fn judge_step(&mut self) {
+        let is_over = self.now() >= self.mission.end();
+        let n_moves = self.decision.as_ref().map_or(0, DecisionNode::n_moves);
+        let facts = judge::Facts {
+            now: self.now(),
+            is_over,
+            n_moves,
+            vehicles: &self.vehicles,
+            metrics: &self.metrics,
+            devices: &self.devices,
+            robots: &self.mission.parts().robots,
+        };
+        if let Some(verdict) = self.judge.step(&facts) {
+            let level = if verdict.passed { LogLevel::Good } else { LogLevel::Bad };
+            let text = if verdict.passed { "passed: " } else { "" };
+            self.note(level, format!("{text}{}", verdict.text));
+            self.verdict = Some(verdict);
+        }
+    }
+
+    fn note(&mut self, level: LogLevel, text: String) {
+        push_log(&mut self.log, LogItem { step: self.steps, level, text });
+    }
+}
+
+/// Appends to a log of bounded length.
+fn push_log(log: &mut VecDeque<LogItem>, item: LogItem) {
+    if log.len() >= LOG_MAX {
+        log.pop_front();
+    }
+    log.push_back(item);
+}
+
+/// A pose for people.
+fn words(pose: Se2) -> String {
+    format!("({:.2}, {:.2}) m, {:.0}°", pose.x_m, pose.y_m, pose.yaw_rad.to_degrees())
+}

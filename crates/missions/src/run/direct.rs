@@ -1,0 +1,148 @@
+//! A robot without bytes: what a firmware and a driver would do together, for swarms of hundreds.
+//!
+//! The navigator cannot tell the difference, except that nothing is delayed, lost or rounded to
+//! millimetres.
+
+use std::time::Duration;
+
+use geometry::wrap_to_pi;
+use navigator::{Command, N_SONARS_MAX, Observation, RobotStatus, Sensed};
+use robot_models::{BodyVelocity, Odometry, RobotModel, WheelSpeeds};
+use run_context::{RandomStream, Stamp, StateHash};
+use sensor_models::FiringSchedule;
+use simulator::{BodyId, World};
+
+/// Time between two reports, as of the real robot.
+const STATUS_PERIOD: Duration = Duration::from_millis(100);
+/// Turn rate asked for per angle that is left, 1/s.
+const HEADING_GAIN_HZ: f64 = 4.0;
+/// A heading this near is reached, rad.
+const HEADING_REACHED_RAD: f64 = 0.0044;
+/// Wheels slower than this stand, m/s.
+const STANDING_MPS: f64 = 0.001;
+
+/// One robot on a direct link.
+#[derive(Debug)]
+pub(super) struct DirectRobot {
+    odometry: Odometry,
+    schedule: FiringSchedule,
+    rng: RandomStream,
+    ranges_m: [f64; N_SONARS_MAX],
+    fresh: u16,
+    n_sonars: usize,
+    last_step: Stamp,
+    next_status: Stamp,
+    is_up: bool,
+    mode: Mode,
+    motors_enabled: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Mode {
+    Wheels(WheelSpeeds),
+    Heading(f64),
+}
+
+impl DirectRobot {
+    pub(super) fn new(model: &RobotModel, range_max_m: f64, rng: RandomStream) -> Self {
+        let n_sonars = model.sonars.len().min(N_SONARS_MAX);
+        Self {
+            odometry: Odometry::new(model.drive),
+            schedule: FiringSchedule::pioneer(n_sonars),
+            rng,
+            ranges_m: [range_max_m; N_SONARS_MAX],
+            fresh: 0,
+            n_sonars,
+            last_step: Stamp::ZERO,
+            next_status: Stamp::ZERO,
+            is_up: false,
+            mode: Mode::Wheels(WheelSpeeds::ZERO),
+            motors_enabled: false,
+        }
+    }
+
+    /// Fires sonars, counts ticks and reports when it is time.
+    pub(super) fn sense(
+        &mut self,
+        now: Stamp,
+        world: &World,
+        body_id: BodyId,
+        observations: &mut Vec<Observation>,
+    ) {
+        let body = world.body(body_id);
+        self.odometry.update(body.encoder_ticks[0], body.encoder_ticks[1]);
+        for firing in self.schedule.due(self.last_step, now) {
+            let i = firing.sensor_index;
+            self.ranges_m[i] = world.ping(body_id, i, &mut self.rng).range_m;
+            self.fresh |= 1 << i;
+        }
+        self.last_step = now;
+        if !self.is_up {
+            self.is_up = true;
+            observations.push(Observation { about: now, value: Sensed::LinkUp });
+        }
+        if now >= self.next_status {
+            self.next_status = now + STATUS_PERIOD;
+            let speeds = body.wheel_speeds;
+            let moving =
+                speeds.left_mps.abs() > STANDING_MPS || speeds.right_mps.abs() > STANDING_MPS;
+            let status = RobotStatus {
+                odom_from_base: self.odometry.odom_from_base(),
+                wheel_speeds: speeds,
+                sonar_ranges_m: self.ranges_m,
+                n_sonars: self.n_sonars,
+                sonar_fresh: self.fresh,
+                stalled: body.stalled,
+                moving,
+                motors_enabled: self.motors_enabled,
+                battery_v: 12.6,
+            };
+            self.fresh = 0;
+            observations.push(Observation { about: now, value: Sensed::Robot(status) });
+        }
+    }
+
+    /// Does what the navigator asks of the robot.
+    pub(super) fn obey(&mut self, command: &Command) {
+        match command {
+            Command::Drive(wheels) => self.mode = Mode::Wheels(*wheels),
+            Command::TurnTo { heading_in_odom_rad } => {
+                self.mode = Mode::Heading(*heading_in_odom_rad);
+            }
+            Command::Stop => self.mode = Mode::Wheels(WheelSpeeds::ZERO),
+            Command::EnableMotors(on) => self.motors_enabled = *on,
+            Command::QueryPheromones { .. } | Command::Report(_) => {}
+        }
+    }
+
+    /// What the wheels should do.
+    pub(super) fn reference(&self, model: &RobotModel) -> WheelSpeeds {
+        if !self.motors_enabled {
+            return WheelSpeeds::ZERO;
+        }
+        match self.mode {
+            Mode::Wheels(wheels) => wheels,
+            Mode::Heading(heading) => {
+                let left = wrap_to_pi(heading - self.odometry.odom_from_base().se2().yaw_rad);
+                if left.abs() < HEADING_REACHED_RAD {
+                    return WheelSpeeds::ZERO;
+                }
+                // Never faster than can still be braked: ω ≤ √(2 α φ).
+                let limits = &model.limits;
+                let braking = (2.0 * limits.turn_acceleration_max_radps2 * left.abs()).sqrt();
+                let rate = (HEADING_GAIN_HZ * left.abs())
+                    .min(braking)
+                    .min(limits.turn_rate_max_radps)
+                    .copysign(left);
+                model.drive.wheel_speeds(BodyVelocity { linear_mps: 0.0, angular_radps: rate })
+            }
+        }
+    }
+
+    pub(super) fn absorb_state(&self, hash: &mut StateHash) {
+        let pose = self.odometry.odom_from_base().se2();
+        for value in [pose.x_m, pose.y_m, pose.yaw_rad] {
+            hash.absorb(value);
+        }
+    }
+}

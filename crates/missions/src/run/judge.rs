@@ -1,0 +1,187 @@
+//! Whether what the mission asks for has happened.
+//!
+//! Requirements that something happens are decided when it does or when its deadline passes;
+//! requirements that something never happens hold until the end. A run ends when its greatest duration
+//! is over, when something that must happen has missed its deadline, or half a second after everything that must
+//! happen has.
+
+use run_context::Stamp;
+
+use super::{devices::Devices, metrics::RobotMetrics, vehicle::Vehicle};
+use crate::{
+    mission::plan::{GoalPose, Requirement, RobotPlan},
+    verdict::{Check, Verdict},
+};
+
+/// Steps between the last thing that must happen and the end: what goes wrong at once still counts.
+const AFTERMATH_STEPS: u32 = 50;
+
+/// What is judged.
+pub(super) struct Facts<'a> {
+    pub(super) now: Stamp,
+    pub(super) is_over: bool,
+    pub(super) n_moves: u64,
+    pub(super) vehicles: &'a [Vehicle],
+    pub(super) metrics: &'a [RobotMetrics],
+    pub(super) devices: &'a Devices,
+    pub(super) robots: &'a [RobotPlan],
+}
+
+/// Follows the requirements of a mission.
+#[derive(Debug)]
+pub(super) struct Judge {
+    items: Vec<Item>,
+    aftermath: u32,
+}
+
+#[derive(Debug)]
+struct Item {
+    requirement: Requirement,
+    state: State,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    Open,
+    Done(Stamp),
+    Missed,
+}
+
+impl Judge {
+    pub(super) fn new(requirements: &[Requirement]) -> Self {
+        let item = |r: &Requirement| Item { requirement: r.clone(), state: State::Open };
+        Self { items: requirements.iter().map(item).collect(), aftermath: 0 }
+    }
+
+    /// The verdict, once it is certain.
+    pub(super) fn step(&mut self, facts: &Facts<'_>) -> Option<Verdict> {
+        let mut n_events = 0;
+        let (mut all_done, mut any_missed) = (true, false);
+        for item in &mut self.items {
+            let Some((happened, by)) = item.event(facts) else { continue };
+            n_events += 1;
+            if item.state == State::Open && happened {
+                item.state = State::Done(facts.now);
+            } else if item.state == State::Open && facts.now >= by {
+                item.state = State::Missed;
+            }
+            all_done &= matches!(item.state, State::Done(_));
+            any_missed |= item.state == State::Missed;
+        }
+        if n_events > 0 && all_done {
+            self.aftermath += 1;
+        }
+        let ends = facts.is_over || any_missed || self.aftermath > AFTERMATH_STEPS;
+        ends.then(|| Verdict::from_checks(self.items.iter().map(|i| i.check(facts)).collect()))
+    }
+}
+
+impl Item {
+    /// For a requirement that something happens: whether it has, and its deadline.
+    fn event(&self, facts: &Facts<'_>) -> Option<(bool, Stamp)> {
+        match &self.requirement {
+            Requirement::Arrived { robots, by, ratio_min, .. } => {
+                if matches!(self.state, State::Done(_)) {
+                    return Some((true, *by));
+                }
+                let n = robots.iter().filter(|&&r| self.stands_there(r, facts)).count();
+                Some((n as f64 >= ratio_min * robots.len() as f64, *by))
+            }
+            Requirement::SwitchedOn { device, by } => {
+                Some((facts.devices.first_on(*device).is_some_and(|t| t <= *by), *by))
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether a robot says that it has arrived and truly stands where it should.
+    fn stands_there(&self, robot: usize, facts: &Facts<'_>) -> bool {
+        let Requirement::Arrived { pose, within_m, within_rad, .. } = &self.requirement else {
+            return false;
+        };
+        facts.vehicles[robot].has_arrived() && {
+            let (distance_m, turn_rad) = error(robot, *pose, facts);
+            distance_m <= *within_m && turn_rad <= *within_rad
+        }
+    }
+
+    fn check(&self, facts: &Facts<'_>) -> Check {
+        let (name, passed, text) = match &self.requirement {
+            Requirement::NoContact => {
+                let n: u64 = facts.metrics.iter().map(|m| m.contacts).sum();
+                ("no contact", n == 0, format!("{n} contacts (allowed 0)"))
+            }
+            Requirement::MovesSent(wanted) => {
+                let n = facts.n_moves;
+                ("moves sent", n == *wanted, format!("{n} MOVE sent (wanted {wanted})"))
+            }
+            Requirement::ClearanceMin(wanted) => {
+                let least = facts.metrics.iter().map(RobotMetrics::clearance_min_m);
+                let least = least.fold(f64::INFINITY, f64::min);
+                let text = format!("nearest surface {least:.2} m away (at least {wanted:.2} m)");
+                ("clearance", least >= *wanted, text)
+            }
+            Requirement::CrossTrackRmsMax(wanted) => {
+                match facts.metrics.first().and_then(RobotMetrics::cross_track_rms_m) {
+                    Some(rms) => {
+                        let text = format!("{rms:.3} m off the trail, rms (allowed {wanted:.3} m)");
+                        ("cross track", rms <= *wanted, text)
+                    }
+                    None => ("cross track", false, "the trail was never followed".to_owned()),
+                }
+            }
+            Requirement::Stayed { robots, within_m } => {
+                let most = robots.iter().map(|&r| facts.metrics[r].strayed_max_m);
+                let most = most.fold(0.0, f64::max);
+                let text = format!("{most:.2} m from the start at most (allowed {within_m:.2} m)");
+                ("stayed", most <= *within_m, text)
+            }
+            Requirement::SwitchedOn { device, by } => {
+                let label = facts.devices.label(*device);
+                match facts.devices.first_on(*device) {
+                    Some(t) => ("switched on", t <= *by, format!("{label} at {t} (by {by})")),
+                    None => ("switched on", false, format!("{label} never (by {by})")),
+                }
+            }
+            Requirement::Arrived { robots, .. } => {
+                ("arrived", matches!(self.state, State::Done(_)), self.arrival_text(robots, facts))
+            }
+        };
+        Check { name: name.to_owned(), passed, text }
+    }
+
+    fn arrival_text(&self, robots: &[usize], facts: &Facts<'_>) -> String {
+        let Requirement::Arrived { pose, within_m, within_rad, ratio_min, by, .. } =
+            &self.requirement
+        else {
+            return String::new();
+        };
+        let allowed_deg = within_rad.to_degrees();
+        let (&[robot], pose) = (robots, *pose) else {
+            let n = robots.iter().filter(|&&r| self.stands_there(r, facts)).count();
+            let needed = (ratio_min * robots.len() as f64).ceil();
+            return format!(
+                "{n} of {} robots within {within_m:.2} m, {allowed_deg:.0}° (at least {needed:.0})",
+                robots.len()
+            );
+        };
+        let (distance_m, turn_rad) = error(robot, pose, facts);
+        let said = match (self.state, facts.vehicles[robot].failure()) {
+            (State::Done(t), _) => format!("at {t}"),
+            (_, Some(reason)) => format!("gave up ({reason})"),
+            _ => format!("not arrived by {by}"),
+        };
+        format!(
+            "{distance_m:.2} m, {:.0}° from the goal, {said} (allowed {within_m:.2} m, {allowed_deg:.0}°)",
+            turn_rad.to_degrees()
+        )
+    }
+}
+
+/// True distance (m) and turn (rad, ≥ 0) of a robot from where it should be.
+fn error(robot: usize, pose: GoalPose, facts: &Facts<'_>) -> (f64, f64) {
+    let goal = pose.resolve(facts.robots[robot].start);
+    let at = facts.metrics[robot].pose();
+    let distance_m = (goal.position() - at.position()).norm();
+    (distance_m, geometry::wrap_to_pi(goal.yaw_rad - at.yaw_rad).abs())
+}

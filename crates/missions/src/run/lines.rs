@@ -1,0 +1,376 @@
+//! The three lines of a robot's navigation node: to its robot, to the pheromone server, to the ground.
+//!
+//! Each is bytes over a link, with the other node behind it, or direct: the same messages handed over
+//! at once. End A of a link is the navigation node.
+
+use geometry::{Se2, Transform2};
+use navigator::{Command, GroundCommand, Observation, Report, Sensed};
+use pheromones::{Field, SenseConfig, Server, ServerConfig};
+use robot_models::WheelSpeeds;
+use run_context::{Stamp, StateHash};
+use simulator::{BodyId, World};
+use virtual_robots::{MotorReference, PioneerFirmware};
+use wire::{
+    ground_link::{ToGround, ToVehicle},
+    link::{End, Link},
+};
+
+use super::{direct::DirectRobot, tap::Tap};
+use crate::transport::Transport;
+use drivers::{
+    GroundClient, GroundStation, GroundStationEvent, PheromoneClient, PioneerDriver, failure_text,
+};
+
+/// Packets read along on a line, waiting to be fetched: receiving node, bytes, text.
+pub(super) type Packets = Vec<(&'static str, Vec<u8>, String)>;
+
+/// Working memory of a node, kept between steps so that none is allocated.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    /// What reached the navigation node in this step.
+    pub(super) observations: Vec<Observation>,
+    received: Vec<u8>,
+    out: Vec<u8>,
+    events: Vec<GroundStationEvent>,
+}
+
+/// Bytes between the navigation node and a robot's firmware.
+pub(super) struct WiredRobot {
+    pub(super) link: Link,
+    pub(super) firmware: PioneerFirmware,
+    pub(super) driver: PioneerDriver,
+    pub(super) reference: MotorReference,
+}
+
+/// A robot elsewhere.
+pub(super) struct RemoteRobot {
+    pub(super) transport: Box<dyn Transport>,
+    pub(super) driver: PioneerDriver,
+    pub(super) is_broken: bool,
+}
+
+/// The line to the robot.
+pub(super) enum RobotLine {
+    Wired(Box<WiredRobot>),
+    Direct(Box<DirectRobot>),
+    Remote(Box<RemoteRobot>),
+}
+
+impl std::fmt::Debug for RobotLine {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Wired(_) => "Wired",
+            Self::Direct(_) => "Direct",
+            Self::Remote(_) => "Remote",
+        })
+    }
+}
+
+impl RobotLine {
+    /// The robot's own node first, then what reaches the navigation node.
+    pub(super) fn observe(
+        &mut self,
+        now: Stamp,
+        world: &World,
+        body: Option<BodyId>,
+        scratch: &mut Scratch,
+        trace: Option<(&mut Tap, &mut Packets)>,
+    ) {
+        scratch.received.clear();
+        scratch.out.clear();
+        match self {
+            Self::Direct(robot) => {
+                if let Some(body) = body {
+                    robot.sense(now, world, body, &mut scratch.observations);
+                }
+            }
+            Self::Wired(robot) => {
+                let Some(body) = body else { return };
+                let WiredRobot { link, firmware, driver, reference } = &mut **robot;
+                link.receive(End::B, now, &mut scratch.received);
+                *reference = firmware.step(now, &scratch.received, world, body, &mut scratch.out);
+                link.send(End::B, now, &scratch.out);
+                let arrived_at_robot = scratch.received.len();
+                scratch.out.clear();
+                link.receive(End::A, now, &mut scratch.received);
+                let (to_robot, to_navigation) = scratch.received.split_at(arrived_at_robot);
+                driver.step(now, to_navigation, &mut scratch.observations, &mut scratch.out);
+                link.send(End::A, now, &scratch.out);
+                read_along(trace, to_robot, to_navigation);
+            }
+            Self::Remote(robot) => {
+                let RemoteRobot { transport, driver, is_broken } = &mut **robot;
+                *is_broken |= transport.receive(now, &mut scratch.received).is_err();
+                driver.step(now, &scratch.received, &mut scratch.observations, &mut scratch.out);
+                *is_broken |= transport.send(now, &scratch.out).is_err();
+                read_along(trace, &scratch.out, &scratch.received);
+            }
+        }
+    }
+
+    /// Sends a command of the navigator to the robot.
+    pub(super) fn command(&mut self, now: Stamp, command: &Command, scratch: &mut Scratch) {
+        scratch.out.clear();
+        match self {
+            Self::Direct(robot) => robot.obey(command),
+            Self::Wired(robot) => {
+                robot.driver.command(now, command, &mut scratch.out);
+                robot.link.send(End::A, now, &scratch.out);
+            }
+            Self::Remote(robot) => {
+                robot.driver.command(now, command, &mut scratch.out);
+                robot.is_broken |= robot.transport.send(now, &scratch.out).is_err();
+            }
+        }
+    }
+
+    /// What the wheels of the simulated body should do: speeds and acceleration.
+    pub(super) fn reference(&self, world: &World, body: BodyId) -> (WheelSpeeds, f64) {
+        let model = &world.body(body).model;
+        match self {
+            Self::Wired(robot) => (robot.reference.wheels, robot.reference.acceleration_mps2),
+            Self::Direct(robot) => (robot.reference(model), model.limits.acceleration_max_mps2),
+            Self::Remote(_) => (WheelSpeeds::ZERO, model.limits.acceleration_max_mps2),
+        }
+    }
+
+    pub(super) fn absorb_state(&self, hash: &mut StateHash) {
+        match self {
+            Self::Wired(robot) => robot.firmware.absorb_state(hash),
+            Self::Direct(robot) => robot.absorb_state(hash),
+            Self::Remote(_) => {}
+        }
+    }
+}
+
+fn read_along(trace: Option<(&mut Tap, &mut Packets)>, outward: &[u8], inward: &[u8]) {
+    if let Some((tap, packets)) = trace {
+        tap.outward(outward, &mut |to, bytes, text| packets.push((to, bytes, text)));
+        tap.inward(inward, &mut |to, bytes, text| packets.push((to, bytes, text)));
+    }
+}
+
+/// Bytes between the navigation node and the pheromone server.
+#[derive(Debug)]
+pub(super) struct WiredServer {
+    link: Link,
+    server: Server,
+    client: PheromoneClient,
+}
+
+/// The line to the pheromone server.
+#[derive(Debug)]
+pub(super) enum ServerLine {
+    /// There is no server.
+    Nothing,
+    /// Bytes; the server keeps one receiver per radio channel.
+    Wired(Box<WiredServer>),
+    /// Answers at the next step.
+    Direct { sense: SenseConfig, asked: Option<(u8, Se2)> },
+}
+
+impl ServerLine {
+    pub(super) fn wired(link: Link, sense: SenseConfig, client: PheromoneClient) -> Self {
+        let server = Server::new(ServerConfig { sense, ..ServerConfig::default() });
+        Self::Wired(Box::new(WiredServer { link, server, client }))
+    }
+
+    /// The server's node first, then what reaches the navigation node.
+    pub(super) fn observe(
+        &mut self,
+        now: Stamp,
+        field: Option<&Field>,
+        scratch: &mut Scratch,
+        trace: Option<(&mut Tap, &mut Packets)>,
+    ) {
+        let Some(field) = field else { return };
+        match self {
+            Self::Nothing => {}
+            Self::Direct { sense, asked } => {
+                if let Some((query, pose)) = asked.take() {
+                    let found = field.sense(pose, sense);
+                    let (left, right) = (found.left, found.right);
+                    let value = Sensed::Pheromones { query, left, right };
+                    scratch.observations.push(Observation { about: now, value });
+                }
+            }
+            Self::Wired(wired) => {
+                let WiredServer { link, server, client } = &mut **wired;
+                scratch.received.clear();
+                scratch.out.clear();
+                link.receive(End::B, now, &mut scratch.received);
+                server.receive(field, &scratch.received, &mut scratch.out);
+                link.send(End::B, now, &scratch.out);
+                let arrived_at_server = scratch.received.len();
+                scratch.out.clear();
+                link.receive(End::A, now, &mut scratch.received);
+                let (to_server, to_navigation) = scratch.received.split_at(arrived_at_server);
+                client.step(now, to_navigation, &mut scratch.observations, &mut scratch.out);
+                link.send(End::A, now, &scratch.out);
+                read_along(trace, to_server, to_navigation);
+            }
+        }
+    }
+
+    /// Sends a question of the navigator.
+    pub(super) fn command(&mut self, now: Stamp, command: &Command, scratch: &mut Scratch) {
+        match self {
+            Self::Nothing => {}
+            Self::Direct { asked, .. } => {
+                if let Command::QueryPheromones { query, map_from_base } = *command {
+                    *asked = Some((query, map_from_base.se2()));
+                }
+            }
+            Self::Wired(wired) => {
+                scratch.out.clear();
+                wired.client.command(now, command, &mut scratch.out);
+                wired.link.send(End::A, now, &scratch.out);
+            }
+        }
+    }
+
+    pub(super) fn link(&self) -> Option<&Link> {
+        match self {
+            Self::Wired(wired) => Some(&wired.link),
+            Self::Nothing | Self::Direct { .. } => None,
+        }
+    }
+}
+
+/// An order from the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum GroundOrder {
+    GoTo(Se2),
+    Stop,
+}
+
+/// Bytes between the navigation node and the ground.
+#[derive(Debug)]
+pub(super) struct WiredGround {
+    pub(super) link: Link,
+    pub(super) station: GroundStation,
+    pub(super) client: GroundClient,
+}
+
+/// The line to the ground: decision node or ground station.
+#[derive(Debug)]
+pub(super) enum GroundLine {
+    Wired(Box<WiredGround>),
+    Direct,
+}
+
+/// What the ground knows of a robot from its telemetry.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Telemetry {
+    pub(super) arrived: bool,
+    pub(super) failed: bool,
+    /// Why, in the words of the ground's table.
+    pub(super) reason: Option<&'static str>,
+    /// An order was sent as often as permitted and not answered.
+    pub(super) unanswered: bool,
+}
+
+impl GroundLine {
+    /// The ground's node first, then what reaches the navigation node.
+    pub(super) fn observe(
+        &mut self,
+        now: Stamp,
+        order: Option<GroundOrder>,
+        telemetry: &mut Telemetry,
+        scratch: &mut Scratch,
+        trace: Option<(&mut Tap, &mut Packets)>,
+    ) {
+        match self {
+            Self::Direct => {
+                if let Some(order) = order {
+                    let value = Sensed::Ground(match order {
+                        GroundOrder::GoTo(pose) => {
+                            GroundCommand::GoTo { goal_in_map: Transform2::new(pose) }
+                        }
+                        GroundOrder::Stop => GroundCommand::Stop,
+                    });
+                    scratch.observations.push(Observation { about: now, value });
+                }
+            }
+            Self::Wired(wired) => {
+                let WiredGround { link, station, client } = &mut **wired;
+                scratch.received.clear();
+                scratch.out.clear();
+                scratch.events.clear();
+                if let Some(order) = order {
+                    station.send(now, message(order), &mut scratch.out);
+                }
+                link.receive(End::B, now, &mut scratch.received);
+                station.step(now, &scratch.received, &mut scratch.events, &mut scratch.out);
+                link.send(End::B, now, &scratch.out);
+                let arrived_at_ground = scratch.received.len();
+                scratch.out.clear();
+                link.receive(End::A, now, &mut scratch.received);
+                let (to_ground, to_vehicle) = scratch.received.split_at(arrived_at_ground);
+                client.step(now, to_vehicle, &mut scratch.observations, &mut scratch.out);
+                link.send(End::A, now, &scratch.out);
+                read_along(trace, to_ground, to_vehicle);
+                scratch.events.iter().for_each(|event| telemetry.hear(*event));
+            }
+        }
+    }
+
+    /// Sends a report of the navigator to the ground.
+    pub(super) fn command(
+        &mut self,
+        now: Stamp,
+        command: &Command,
+        telemetry: &mut Telemetry,
+        scratch: &mut Scratch,
+    ) {
+        match self {
+            Self::Direct => match command {
+                Command::Report(Report::Arrived) => telemetry.arrived = true,
+                Command::Report(Report::Failed(reason)) => {
+                    telemetry.failed = true;
+                    telemetry.reason = Some(reason.as_str());
+                }
+                _ => {}
+            },
+            Self::Wired(wired) => {
+                scratch.out.clear();
+                wired.client.command(now, command, &mut scratch.out);
+                wired.link.send(End::A, now, &scratch.out);
+            }
+        }
+    }
+
+    pub(super) fn link(&self) -> Option<&Link> {
+        match self {
+            Self::Wired(wired) => Some(&wired.link),
+            Self::Direct => None,
+        }
+    }
+}
+
+impl Telemetry {
+    fn hear(&mut self, event: GroundStationEvent) {
+        match event {
+            GroundStationEvent::Heard(ToGround::Arrived) => self.arrived = true,
+            GroundStationEvent::Heard(ToGround::Failed(code)) => {
+                self.failed = true;
+                self.reason = Some(failure_text(code));
+            }
+            GroundStationEvent::Unanswered(_) => self.unanswered = true,
+            GroundStationEvent::Heard(_) => {}
+        }
+    }
+}
+
+/// The order as the ground link sends it: whole millimetres and degrees.
+fn message(order: GroundOrder) -> ToVehicle {
+    match order {
+        GroundOrder::Stop => ToVehicle::Stop,
+        GroundOrder::GoTo(pose) => ToVehicle::GoTo {
+            // Casts from floats saturate.
+            x_mm: (1000.0 * pose.x_m).round() as i16,
+            y_mm: (1000.0 * pose.y_m).round() as i16,
+            heading_deg: Some(pose.yaw_rad.to_degrees().round() as i16),
+        },
+    }
+}

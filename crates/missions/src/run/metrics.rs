@@ -1,0 +1,233 @@
+//! Figures of one robot, brought up to date every step from the truth.
+
+use geometry::{Se2, Vec2, wrap_to_pi};
+use path_following::Path;
+use simulator::{Body, BodyId, World};
+
+/// Seconds per step.
+const DT_S: f64 = 0.01;
+/// Gravity, m/s².
+const GRAVITY_MPS2: f64 = 9.81;
+/// Rolling resistance of hard wheels on a floor: force over weight. A usual textbook value; it only
+/// scales the energy figure.
+const ROLLING_RATIO: f64 = 0.02;
+/// Turn rates below this are no turning, rad/s; keeps encoder ripple out of the oscillation figure.
+const TURN_DEADBAND_RADPS: f64 = 0.05;
+/// The trail's projection is looked for this far around the last one, m.
+const PROJECTION_WINDOW_M: f64 = 1.5;
+
+/// How exact the least clearance is, m.
+const CLEARANCE_EXACT_M: f64 = 0.005;
+
+/// Running figures of one robot.
+#[derive(Clone, Debug)]
+pub(super) struct RobotMetrics {
+    body: Option<BodyId>,
+    trail: Option<Path>,
+    start: Se2,
+    last: Se2,
+    along_trail_m: f64,
+    pub(super) path_length_m: f64,
+    pub(super) strayed_max_m: f64,
+    /// Greatest way of any point of the robot, summed over the steps, m.
+    moved_m: f64,
+    clearance: Clearance,
+    pub(super) contacts: u64,
+    contacts_seen: u64,
+    pub(super) cross_track_m: Option<f64>,
+    cross_track_square_sum: f64,
+    cross_track_max_m: f64,
+    n_following: u64,
+    turn_sign: f64,
+    pub(super) n_turn_reversals: u64,
+    turn_rate_square_sum: f64,
+    n_steps_moving: u64,
+    wheel_speeds: [f64; 2],
+    /// Work of the wheels per mass, J/kg.
+    pub(super) energy_jpkg: f64,
+    goal_step: Option<u64>,
+    pub(super) arrival_step: Option<u64>,
+}
+
+/// The distance to the nearest surface, measured only when it matters: between two measurements it can
+/// have shrunk by no more than everything has moved.
+#[derive(Clone, Copy, Debug)]
+#[expect(clippy::struct_field_names, reason = "the common ending is the unit")]
+struct Clearance {
+    /// What was measured last, m.
+    last_m: f64,
+    /// What everything had moved by then, m.
+    at_way_m: f64,
+    /// The least so far, m.
+    least_m: f64,
+}
+
+impl Default for Clearance {
+    fn default() -> Self {
+        Self { last_m: f64::NEG_INFINITY, at_way_m: 0.0, least_m: f64::INFINITY }
+    }
+}
+
+impl RobotMetrics {
+    /// A robot at `start`; `body` is `None` for one elsewhere, of which only its reports are known.
+    pub(super) fn new(body: Option<BodyId>, start: Se2, trail: Option<&[Vec2]>) -> Self {
+        Self {
+            body,
+            trail: trail.and_then(|t| Path::polyline(t).ok()),
+            start,
+            last: start,
+            along_trail_m: f64::NAN,
+            path_length_m: 0.0,
+            strayed_max_m: 0.0,
+            moved_m: 0.0,
+            clearance: Clearance::default(),
+            contacts: 0,
+            contacts_seen: 0,
+            cross_track_m: None,
+            cross_track_square_sum: 0.0,
+            cross_track_max_m: 0.0,
+            n_following: 0,
+            turn_sign: 0.0,
+            n_turn_reversals: 0,
+            turn_rate_square_sum: 0.0,
+            n_steps_moving: 0,
+            wheel_speeds: [0.0; 2],
+            energy_jpkg: 0.0,
+            goal_step: None,
+            arrival_step: None,
+        }
+    }
+
+    /// Measures the clearance if it could be less than the least so far, which needs what everything
+    /// else has moved: the sum of the greatest ways of anything else in every step, m.
+    pub(super) fn measure_clearance(&mut self, world: &World, others_moved_m: f64) {
+        let Some(id) = self.body else { return };
+        let moved_m = self.moved_m + others_moved_m;
+        let bound_m = self.clearance.last_m - (moved_m - self.clearance.at_way_m);
+        if bound_m < self.clearance.least_m - CLEARANCE_EXACT_M {
+            let last_m = world.clearance_m(id);
+            let least_m = self.clearance.least_m.min(last_m);
+            self.clearance = Clearance { last_m, at_way_m: moved_m, least_m };
+        }
+    }
+
+    /// Something was put down: the last clearance says nothing any more.
+    pub(super) fn forget_clearance(&mut self) {
+        self.clearance.last_m = f64::NEG_INFINITY;
+    }
+
+    /// Least clearance so far, m; infinite before it was measured.
+    pub(super) fn clearance_min_m(&self) -> f64 {
+        self.clearance.least_m
+    }
+
+    /// Takes the truth after a step; `following`: the robot is on a trail on purpose. Returns the way
+    /// of the point of the robot that moved farthest, at most, m.
+    pub(super) fn update(&mut self, body: &Body, following: bool) -> f64 {
+        let pose = body.world_from_base.se2();
+        let turned_rad = wrap_to_pi(pose.yaw_rad - self.last.yaw_rad).abs();
+        let way_m = (pose.position() - self.last.position()).norm()
+            + turned_rad * body.model.bounding_radius_m();
+        self.moved_m += way_m;
+        self.path_length_m += (pose.position() - self.last.position()).norm();
+        self.strayed_max_m =
+            self.strayed_max_m.max((pose.position() - self.start.position()).norm());
+        self.contacts = body.contacts;
+        self.turning(wrap_to_pi(pose.yaw_rad - self.last.yaw_rad) / DT_S);
+        self.working([body.wheel_speeds.left_mps, body.wheel_speeds.right_mps]);
+        self.tracking(pose.position(), following);
+        self.last = pose;
+        way_m
+    }
+
+    fn turning(&mut self, rate_radps: f64) {
+        if self.wheel_speeds.iter().any(|v| v.abs() > 0.01) {
+            self.n_steps_moving += 1;
+            self.turn_rate_square_sum += rate_radps * rate_radps;
+        }
+        if rate_radps.abs() > TURN_DEADBAND_RADPS {
+            let sign = rate_radps.signum();
+            if self.turn_sign * sign < 0.0 {
+                self.n_turn_reversals += 1;
+            }
+            self.turn_sign = sign;
+        }
+    }
+
+    fn working(&mut self, wheel_speeds: [f64; 2]) {
+        for (before, &after) in self.wheel_speeds.iter().zip(&wheel_speeds) {
+            // Each wheel carries half the mass; braking gives nothing back.
+            let kinetic = 0.5 * (after * after - before * before);
+            let rolling = ROLLING_RATIO * GRAVITY_MPS2 * after.abs() * DT_S;
+            self.energy_jpkg += 0.5 * (kinetic.max(0.0) + rolling);
+        }
+        self.wheel_speeds = wheel_speeds;
+    }
+
+    fn tracking(&mut self, at: Vec2, following: bool) {
+        let Some(trail) = &self.trail else { return };
+        let s = self.along_trail_m;
+        // Near the last projection, so that a trail that comes near itself is not mixed up.
+        let projection = if s.is_finite() {
+            trail.project_within(at, s - PROJECTION_WINDOW_M, s + PROJECTION_WINDOW_M)
+        } else {
+            trail.project(at)
+        };
+        self.along_trail_m = projection.arc_length_m;
+        let e = projection.cross_track_m;
+        self.cross_track_m = Some(e);
+        if following {
+            self.n_following += 1;
+            self.cross_track_square_sum += e * e;
+            self.cross_track_max_m = self.cross_track_max_m.max(e.abs());
+        }
+    }
+
+    /// The true pose after the last step.
+    pub(super) fn pose(&self) -> Se2 {
+        self.last
+    }
+
+    /// A goal was given: time counts from here.
+    pub(super) fn goal_given(&mut self, step: u64) {
+        self.goal_step = Some(step);
+        self.arrival_step = None;
+    }
+
+    /// Whether the robot stands at its goal.
+    pub(super) fn arrival(&mut self, arrived: bool, step: u64) {
+        if arrived && self.goal_step.is_some() && self.arrival_step.is_none() {
+            self.arrival_step = Some(step);
+        }
+    }
+
+    /// Whether a contact came since the last call.
+    pub(super) fn take_new_contact(&mut self) -> bool {
+        let is_new = self.contacts > self.contacts_seen;
+        self.contacts_seen = self.contacts;
+        is_new
+    }
+
+    /// From the last goal to the arrival, or until now, s.
+    pub(super) fn drive_time_s(&self, step: u64) -> f64 {
+        let end = self.arrival_step.unwrap_or(step);
+        self.goal_step.map_or(0.0, |begin| end.saturating_sub(begin) as f64 * DT_S)
+    }
+
+    /// Root mean square distance from the trail while following it, m.
+    pub(super) fn cross_track_rms_m(&self) -> Option<f64> {
+        (self.n_following > 0)
+            .then(|| (self.cross_track_square_sum / self.n_following as f64).sqrt())
+    }
+
+    /// Greatest distance from the trail while following it, m.
+    pub(super) fn cross_track_max_m(&self) -> Option<f64> {
+        (self.n_following > 0).then_some(self.cross_track_max_m)
+    }
+
+    /// Root mean square turn rate while moving, rad/s.
+    pub(super) fn turn_rate_rms_radps(&self) -> Option<f64> {
+        let n = self.n_steps_moving;
+        (n > 0).then(|| (self.turn_rate_square_sum / n as f64).sqrt())
+    }
+}

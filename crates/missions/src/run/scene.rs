@@ -1,0 +1,190 @@
+//! The fixed part of what a run shows.
+
+use geometry::{Se2, Vec2};
+use simulator::{Thing, ThingKind};
+
+use super::Run;
+use crate::{
+    mission::{
+        Parts,
+        plan::{Action, DevicePlan, DeviceWiring, GoalPose, Requirement, RobotPlan},
+    },
+    view::{
+        Scene, SceneDevice, SceneFunction, SceneLink, SceneOperand, ScenePheromones, SceneProgram,
+        SceneRobot, SceneSonar, SceneThing, SceneWall,
+    },
+};
+
+/// Everything that stays where it is.
+pub(super) fn scene(run: &Run) -> Scene {
+    let parts = run.mission.parts();
+    let initial = |t: &&Thing| t.id.0 < run.n_initial_things;
+    let wall = |&(segment, material): &(geometry::Segment, u32)| SceneWall {
+        a: segment.a,
+        b: segment.b,
+        material: material_name(material),
+    };
+    Scene {
+        bounds_m: parts.world.bounds,
+        walls: parts.world.walls.iter().map(wall).collect(),
+        points_m: parts.world.points.iter().map(|p| p.0).collect(),
+        things: run.world.things().iter().filter(initial).map(|t| thing(t, false)).collect(),
+        rooms: parts.world.rooms.clone(),
+        devices: parts.devices.iter().map(device).collect(),
+        robots: (0..)
+            .zip(&parts.robots)
+            .map(|(i, plan)| robot(plan, goal_tolerance_m(parts, i)))
+            .collect(),
+        pheromones: parts.pheromones.as_ref().map(pheromones),
+        planned_path_m: planned_path(parts),
+        program: parts.decision.as_ref().map(program),
+        links: links(parts),
+    }
+}
+
+fn material_name(material: u32) -> String {
+    let found = sensor_models::materials().get(material as usize);
+    found.map_or_else(String::new, |m| m.name.to_owned())
+}
+
+/// A thing as screens show it.
+pub(super) fn thing(thing: &Thing, removable: bool) -> SceneThing {
+    SceneThing {
+        id: thing.id.0,
+        name: thing.spec.name.clone(),
+        kind: match thing.spec.kind {
+            ThingKind::Box => "box",
+            ThingKind::Door => "door",
+            ThingKind::Furniture | ThingKind::Other => "furniture",
+        },
+        material: material_name(thing.spec.material),
+        corners_m: thing.spec.polygon.corners().to_vec(),
+        removable,
+    }
+}
+
+fn device(plan: &DevicePlan) -> SceneDevice {
+    let (kind, area_m, input, output) = match &plan.wiring {
+        DeviceWiring::Button { input } => ("button", Vec::new(), *input, None),
+        DeviceWiring::Motion { input, zone } => ("motion", zone.corners().to_vec(), *input, None),
+        DeviceWiring::Latch { output } => ("latch", Vec::new(), None, Some(*output)),
+        DeviceWiring::Lamp { output } => ("lamp", Vec::new(), None, Some(*output)),
+    };
+    let (name, label) = (plan.name.clone(), plan.label.clone());
+    SceneDevice { name, label, kind, at_m: plan.at, area_m, input, output }
+}
+
+/// How near a robot has to come to its goal, when the mission says so.
+fn goal_tolerance_m(parts: &Parts, robot: usize) -> Option<f64> {
+    parts.success.iter().find_map(|requirement| match requirement {
+        Requirement::Arrived { robots, within_m, .. } if robots.contains(&robot) => Some(*within_m),
+        _ => None,
+    })
+}
+
+fn robot(plan: &RobotPlan, goal_tolerance_m: Option<f64>) -> SceneRobot {
+    let sonar = |mount: &robot_models::SonarMount| SceneSonar {
+        base_from_sensor: mount.base_from_sensor.se2(),
+        half_angle_rad: plan.sonar.half_angle_rad,
+        range_max_m: plan.sonar.range_max_m,
+    };
+    SceneRobot {
+        name: plan.name.clone(),
+        model: plan.model.title.clone(),
+        footprint_m: plan.model.footprint.corners().to_vec(),
+        sonars: plan.model.sonars.iter().take(super::show::N_SONARS_SHOWN).map(sonar).collect(),
+        start: plan.start,
+        goal_tolerance_m,
+    }
+}
+
+fn pheromones(plan: &crate::mission::plan::PheromonePlan) -> ScenePheromones {
+    let field = &plan.field;
+    let (width, height) = (field.width(), field.height());
+    let cells = (0..height).flat_map(|row| (0..width).map(move |col| (col, row)));
+    let half = 0.5 * field.cell_size_m();
+    // The field counts its rows downwards, as map files do; screens count upwards.
+    let top = height.saturating_sub(1);
+    ScenePheromones {
+        cell_m: field.cell_size_m(),
+        width,
+        height,
+        origin_m: field.cell_centre(0, top) - Vec2::new(half, half),
+        values: cells
+            .map(|(col, row)| (col, top - row, field.value(col, row)))
+            .filter(|&(_, _, value)| value > 0)
+            .collect(),
+        sigma_m: plan.sense.sigma_m,
+        antenna_spacing_m: plan.sense.antenna_spacing_m,
+    }
+}
+
+/// The first trail; without one, straight lines from the first robot's start over its goals.
+fn planned_path(parts: &Parts) -> Vec<Vec2> {
+    if let Some(trail) = parts.pheromones.as_ref().and_then(|p| p.trails.first()) {
+        return trail.clone();
+    }
+    let Some(first) = parts.robots.first() else { return Vec::new() };
+    let goals = parts.events.iter().filter_map(|event| match &event.action {
+        Action::Goal { robots, pose } if robots.contains(&0) => Some(resolved(*pose, first.start)),
+        _ => None,
+    });
+    let path: Vec<Vec2> = std::iter::once(first.start.position()).chain(goals).collect();
+    if path.len() < 2 { Vec::new() } else { path }
+}
+
+fn resolved(pose: GoalPose, start: Se2) -> Vec2 {
+    pose.resolve(start).position()
+}
+
+fn program(plan: &crate::mission::plan::DecisionPlan) -> SceneProgram {
+    let operand = |o: &decision::Operand, timer: Option<String>| SceneOperand {
+        text: o.text.clone(),
+        resource: o.resource().map(|id| id.to_string()).or(timer),
+        column: o.column,
+        length: o.length,
+    };
+    let function = |f: &decision::Function| SceneFunction {
+        line: f.line,
+        mnemonic: f.mnemonic.name().to_owned(),
+        operands: (0..)
+            .zip(&f.operands)
+            .map(|(i, o)| operand(o, (i == 0).then(|| timer_output(f)).flatten()))
+            .collect(),
+    };
+    SceneProgram {
+        source: plan.source.clone(),
+        mode: if plan.listing_mode { "listing" } else { "corrected" },
+        functions: plan.program.functions().iter().map(function).collect(),
+    }
+}
+
+/// The output of the timer that a TIMER sets, which is what its first operand, a number, stands for.
+fn timer_output(function: &decision::Function) -> Option<String> {
+    let is_timer = function.mnemonic.name() == "TIMER";
+    let number = is_timer.then(|| function.operands.first()?.immediate()).flatten()?;
+    Some(format!("YTMR{number}"))
+}
+
+/// Three links per robot, in this order: to the robot, to the server, to the ground. Link `i` of
+/// robot `r` has index `3 r + i`.
+fn links(parts: &Parts) -> Vec<SceneLink> {
+    let several = parts.robots.len() > 1;
+    let server_baud = parts.pheromones.as_ref().map_or(0, |p| p.link.baud());
+    let ground_baud = parts.decision.as_ref().map_or(9600, |d| d.link.baud());
+    let of_robot = |r: &RobotPlan| {
+        let name =
+            |what: &str| if several { format!("{what} of {}", r.name) } else { what.to_owned() };
+        [
+            SceneLink { name: name("robot"), ends: ["navigation", "robot"], baud: r.link.baud() },
+            SceneLink {
+                name: name("pheromones"),
+                ends: ["navigation", "server"],
+                baud: server_baud,
+            },
+            SceneLink { name: name("ground"), ends: ["navigation", "decision"], baud: ground_baud },
+        ]
+    };
+    // Hundreds of direct robots have no links to look at.
+    parts.robots.iter().take(super::PARALLEL_FROM - 1).flat_map(of_robot).collect()
+}

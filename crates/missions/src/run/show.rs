@@ -1,0 +1,202 @@
+//! The changing part of what a run shows, and its figures.
+
+use super::{Run, ground::DecisionNode, metrics::RobotMetrics, scene, vehicle::Vehicle};
+use crate::{
+    summary::{Figure, Summary},
+    view::{Pose, ViewDecision, ViewFigures, ViewPerson, ViewRobot, ViewState, ViewTimer},
+};
+
+/// Sonars that are shown: the front ring, as the thesis uses it.
+pub(super) const N_SONARS_SHOWN: usize = 8;
+
+/// What changes, as of now, with the first `n_robots` robots.
+pub(super) fn view(run: &Run, n_robots: usize) -> ViewState {
+    let person = |p: &simulator::Person| ViewPerson {
+        name: p.spec.name.clone(),
+        at: Pose {
+            x_m: p.position.x,
+            y_m: p.position.y,
+            yaw_rad: geometry::wrap_to_pi(p.heading.y.atan2(p.heading.x)),
+        },
+        radius_m: p.spec.radius_m,
+    };
+    let added = run.world.things().iter().filter(|t| t.id.0 >= run.n_initial_things);
+    ViewState {
+        t_s: run.now().as_secs_f64(),
+        step: run.steps,
+        verdict: run.verdict.clone(),
+        robots: run
+            .vehicles
+            .iter()
+            .zip(&run.metrics)
+            .take(n_robots)
+            .map(|(v, m)| robot(run, v, m))
+            .collect(),
+        people: run.world.people().iter().map(person).collect(),
+        things: added.map(|t| scene::thing(t, true)).collect(),
+        devices_on: run.devices.is_on().collect(),
+        decision: run.decision.as_ref().map(decision),
+        figures: figures(run),
+    }
+}
+
+fn robot(run: &Run, vehicle: &Vehicle, metrics: &RobotMetrics) -> ViewRobot {
+    let mind = vehicle.navigator().view();
+    let shown = |ranges: &[f64], n: usize| ranges[..n.min(N_SONARS_SHOWN)].to_vec();
+    let status = vehicle.last_status();
+    let body = vehicle.body.map(|id| run.world.body(id));
+    let estimate = mind.map_from_base.se2();
+    let wheels =
+        body.map(|b| b.wheel_speeds).or(status.map(|s| s.wheel_speeds)).unwrap_or_default();
+    ViewRobot {
+        truth: body.map_or(estimate, |b| b.world_from_base.se2()).into(),
+        estimate: estimate.into(),
+        ellipse: [mind.ellipse.semi_major_m, mind.ellipse.semi_minor_m, mind.ellipse.yaw_rad],
+        wheels_mps: [wheels.left_mps, wheels.right_mps],
+        sonar_m: status.map_or_else(Vec::new, |s| shown(&s.sonar_ranges_m, s.n_sonars)),
+        bubble_m: shown(&mind.bubble_limits_m, mind.n_sonars),
+        phase: mind.phase.name(),
+        avoider_state: mind.avoider_state,
+        avoider_name: mind.avoider_name,
+        goal: mind.goal_in_map.map(|g| g.se2().into()),
+        target_m: mind.target_in_map,
+        preview_m: mind.preview_in_map.to_vec(),
+        intensities: mind.intensities.map(|(left, right)| [left, right]),
+        cross_track_m: metrics.cross_track_m,
+        stalled: body
+            .map(|b| b.stalled)
+            .or(status.map(|s| s.stalled))
+            .is_some_and(|s| s[0] || s[1]),
+        touching: body.is_some_and(|b| b.touching),
+        clearance_m: vehicle.body.map_or(0.0, |id| run.world.clearance_m(id)),
+        battery_v: status.map_or(0.0, |s| s.battery_v),
+    }
+}
+
+fn decision(node: &DecisionNode) -> ViewDecision {
+    let machine = node.machine();
+    let functions = machine.program().functions();
+    let timers = machine.timers().filter_map(|t| {
+        let total_ms = timer_total_ms(functions, usize::from(t.index))?;
+        Some(ViewTimer {
+            index: usize::from(t.index),
+            remaining_ms: t.remaining.as_millis() as u64,
+            total_ms,
+            on: t.output,
+        })
+    });
+    ViewDecision {
+        scans: node.n_scans(),
+        resources: node.resources().map(|(name, byte)| (name.to_owned(), byte)).collect(),
+        timers: timers.collect(),
+        run: machine.is_running(),
+    }
+}
+
+/// What a timer of the program is set to, ms: K times the quantum of its group.
+fn timer_total_ms(functions: &[decision::Function], index: usize) -> Option<u64> {
+    let quantum_ms = match index {
+        0..=7 => 10,
+        8..=15 => 100,
+        16..=23 => 1000,
+        _ => 60_000,
+    };
+    let number = |f: &decision::Function, operand: usize| f.operands.get(operand)?.immediate();
+    functions
+        .iter()
+        .filter(|f| f.mnemonic.name() == "TIMER")
+        .find(|f| number(f, 0) == i32::try_from(index).ok())
+        .and_then(|f| u64::try_from(number(f, 4)?).ok())
+        .map(|k| k * quantum_ms)
+}
+
+fn figures(run: &Run) -> ViewFigures {
+    let contacts = run.metrics.iter().map(|m| m.contacts).sum();
+    let Some(first) = run.metrics.first() else { return ViewFigures::default() };
+    ViewFigures {
+        path_length_m: first.path_length_m,
+        time_s: first.drive_time_s(run.steps),
+        clearance_min_m: finite(first.clearance_min_m()).unwrap_or(0.0),
+        contacts,
+        cross_track_rms_m: first.cross_track_rms_m(),
+        cross_track_max_m: first.cross_track_max_m(),
+    }
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+/// The run in figures: those of the first robot, and sums over all.
+pub(super) fn summary(run: &Run) -> Summary {
+    let mut figures = vec![
+        figure("time_s", Some(run.now().as_secs_f64()), "virtual time of the run"),
+        figure("robots", Some(run.vehicles.len() as f64), "number of robots"),
+    ];
+    if let (Some(m), Some(vehicle)) = (run.metrics.first(), run.vehicles.first()) {
+        robot_figures(run, m, &mut figures);
+        link_figures(run, vehicle, &mut figures);
+    }
+    if run.vehicles.len() > 1 {
+        let arrived = run.vehicles.iter().filter(|v| v.has_arrived()).count();
+        figures.push(figure("arrived_robots", Some(arrived as f64), "robots that report arrival"));
+    }
+    if let Some(decision) = &run.decision {
+        let moves = Some(decision.n_moves() as f64);
+        figures.push(figure("moves_sent", moves, "MOVE sent by the decision program"));
+        let cycle = Some(decision.cycle_max_ms());
+        let about = "longest scan of the decision node at 0.4 ms a function (at most 200)";
+        figures.push(figure("decision_cycle_max_ms", cycle, about));
+        let image = Some(decision.machine().program().image().len() as f64);
+        figures.push(figure("decision_image_bytes", image, "size of the program (at most 4096)"));
+    }
+    Summary {
+        mission: run.mission.name().to_owned(),
+        seed: run.seed.0,
+        steps: run.steps,
+        verdict: run.verdict.clone(),
+        figures,
+        state_hash: run.state_hash().to_string(),
+    }
+}
+
+fn robot_figures(run: &Run, m: &RobotMetrics, figures: &mut Vec<Figure>) {
+    let arrival_s = m.arrival_step.map(|s| s as f64 * 0.01);
+    let contacts: u64 = run.metrics.iter().map(|m| m.contacts).sum();
+    let clearance =
+        run.metrics.iter().map(RobotMetrics::clearance_min_m).fold(f64::INFINITY, f64::min);
+    figures.extend([
+        figure("arrival_s", arrival_s, "when the first robot reported arrival"),
+        figure("drive_time_s", Some(m.drive_time_s(run.steps)), "from its goal to its arrival"),
+        figure("path_length_m", Some(m.path_length_m), "way driven"),
+        figure("contacts", Some(contacts as f64), "contacts of all robots"),
+        figure("clearance_min_m", finite(clearance), "least distance of any robot to anything"),
+        figure(
+            "cross_track_rms_m",
+            m.cross_track_rms_m(),
+            "distance from the trail while following",
+        ),
+        figure("cross_track_max_m", m.cross_track_max_m(), "the same, greatest"),
+        figure("turn_reversals", Some(m.n_turn_reversals as f64), "changes of turning direction"),
+        figure("turn_rate_rms_radps", m.turn_rate_rms_radps(), "turn rate while moving"),
+        figure("energy_jpkg", Some(m.energy_jpkg), "work of the wheels per mass"),
+    ]);
+}
+
+fn link_figures(run: &Run, vehicle: &Vehicle, figures: &mut Vec<Figure>) {
+    let [robot, server, ground] = vehicle.utilisations(run.now());
+    figures.extend([
+        figure("robot_link_ratio", robot, "busier direction of the robot link: time used"),
+        figure("pheromone_link_ratio", server, "the same of the link to the server"),
+        figure("ground_link_ratio", ground, "the same of the link to the ground"),
+        figure(
+            "navigation_cycle_max_ms",
+            vehicle.cycle_max_ms(),
+            "longest control cycle of the navigation node, from question to reference (at most 200)",
+        ),
+    ]);
+}
+
+fn figure(name: &'static str, value: Option<f64>, about: &'static str) -> Figure {
+    Figure { name, value, about }
+}

@@ -1,0 +1,392 @@
+//! One robot's nodes: navigation with its three lines, and what stands at their other ends.
+
+use std::{sync::Arc, time::Duration};
+
+use drivers::{
+    GroundClient, GroundLinkConfig, GroundStation, LineTiming, PheromoneClient,
+    PheromoneClientConfig, PioneerDriver, PioneerDriverConfig, PioneerSettings,
+};
+use geometry::Transform2;
+use navigator::{Command, Navigator, Phase, RobotStatus, Sensed};
+use pheromones::Field;
+use run_context::{RunSeed, Stamp, StateHash};
+use simulator::{BodyId, World};
+use virtual_robots::{MotorReference, PioneerConfig, PioneerFirmware};
+use wire::link::{End, Link, LinkConfig};
+
+pub(super) use super::lines::GroundOrder;
+use super::{
+    RunError,
+    direct::DirectRobot,
+    lines::{
+        GroundLine, Packets, RemoteRobot, RobotLine, Scratch, ServerLine, Telemetry, WiredGround,
+        WiredRobot,
+    },
+    tap::Tap,
+};
+use crate::{
+    mission::{
+        Mission,
+        plan::{LinkPlan, RobotPlan},
+    },
+    transport::{SerialTransport, TcpTransport, Transport},
+    view::LogLevel,
+};
+
+/// What a control cycle takes beside its dialogue with the pheromone server, ms: about 6000
+/// instructions of the thesis's 16 MIPS microcontroller for the fuzzy step, odometry and two frames.
+const CYCLE_WORK_MS: f64 = 0.4;
+
+/// One robot with its nodes.
+#[derive(Debug)]
+pub(super) struct Vehicle {
+    pub(super) name: String,
+    /// Its body; `None` for a robot elsewhere.
+    pub(super) body: Option<BodyId>,
+    robot: RobotLine,
+    server: ServerLine,
+    ground: GroundLine,
+    navigator: Navigator,
+    /// Time per byte of the three links, zero without limit.
+    byte_times: [Duration; 3],
+    order: Option<GroundOrder>,
+    /// An order was given and has not reached the navigator yet.
+    order_under_way: bool,
+    telemetry: Telemetry,
+    status: Option<RobotStatus>,
+    last_phase: Phase,
+    news: Option<(LogLevel, String)>,
+    asked_at: Option<(u8, Stamp)>,
+    cycle_max_ms: Option<f64>,
+    commands: Vec<Command>,
+    scratch: Scratch,
+    taps: Option<Box<[(Tap, Packets); 3]>>,
+    link_base: usize,
+}
+
+impl Vehicle {
+    /// The nodes of robot `index`.
+    pub(super) fn new(
+        mission: &Mission,
+        index: usize,
+        body: Option<BodyId>,
+        seed: RunSeed,
+    ) -> Result<Self, RunError> {
+        let parts = mission.parts();
+        let plan = &parts.robots[index];
+        let settings = |problem: String| RunError::Settings { robot: plan.name.clone(), problem };
+        let map_from_odom = Transform2::new(plan.start);
+        let navigator = Navigator::new((*plan.navigator).clone(), map_from_odom);
+        let decides = parts.decision.as_ref().filter(|d| d.robot == Some(index));
+        let ground_link = decides.map_or_else(|| default_ground_link(plan), |d| d.link.clone());
+        let server_link = parts.pheromones.as_ref().map(|p| p.link.clone());
+        let baud = |link: &LinkPlan| link.baud();
+        let byte_time = |baud: u32| match baud {
+            0 => Duration::ZERO,
+            baud => Duration::from_secs(10) / baud,
+        };
+        let bauds = [baud(&plan.link), server_link.as_ref().map_or(0, baud), baud(&ground_link)];
+        Ok(Self {
+            name: plan.name.clone(),
+            body,
+            robot: robot_line(plan, seed)?,
+            server: server_line(mission, index, seed).map_err(settings)?,
+            ground: ground_line(&ground_link, plan, seed).map_err(settings)?,
+            navigator,
+            byte_times: bauds.map(byte_time),
+            order: None,
+            order_under_way: false,
+            telemetry: Telemetry::default(),
+            status: None,
+            last_phase: Phase::Idle,
+            news: None,
+            asked_at: None,
+            cycle_max_ms: None,
+            commands: Vec::with_capacity(16),
+            scratch: Scratch::default(),
+            taps: None,
+            link_base: 3 * index,
+        })
+    }
+
+    /// Gives an order to the ground's end of the ground link; it leaves at the next step.
+    pub(super) fn order(&mut self, order: GroundOrder) {
+        self.order = Some(order);
+        self.order_under_way = true;
+        self.telemetry = Telemetry::default();
+    }
+
+    /// One step of all its nodes. Reads the world, changes only itself.
+    pub(super) fn step(&mut self, now: Stamp, world: &World, field: Option<&Field>) {
+        let Self { robot, server, ground, commands, scratch, taps, .. } = self;
+        scratch.observations.clear();
+        commands.clear();
+        let [robot_tap, server_tap, ground_tap] = match taps.as_deref_mut() {
+            None => [None, None, None],
+            Some([a, b, c]) => [a, b, c].map(|(tap, packets)| Some((tap, packets))),
+        };
+        robot.observe(now, world, self.body, scratch, robot_tap);
+        server.observe(now, field, scratch, server_tap);
+        let order = self.order.take();
+        ground.observe(now, order, &mut self.telemetry, scratch, ground_tap);
+        self.navigator.step(now, &scratch.observations, commands);
+        for command in &*commands {
+            robot.command(now, command, scratch);
+            server.command(now, command, scratch);
+            ground.command(now, command, &mut self.telemetry, scratch);
+        }
+        self.measure(now);
+        self.tell();
+    }
+
+    /// Hands its wheel references to its body.
+    pub(super) fn apply(&self, world: &mut World) {
+        let Some(body) = self.body else { return };
+        let (wheels, acceleration_mps2) = self.robot.reference(world, body);
+        world.set_acceleration(body, acceleration_mps2);
+        world.set_wheel_reference(body, wheels);
+    }
+
+    /// Begin and end markers of a control cycle: from the question about the robot's own pose to the
+    /// answer that the wheel reference follows from.
+    fn measure(&mut self, now: Stamp) {
+        for observation in &self.scratch.observations {
+            match observation.value {
+                Sensed::Robot(status) => self.status = Some(status),
+                Sensed::Ground(_) => self.order_under_way = false,
+                Sensed::Pheromones { query, .. } => {
+                    if let Some((asked, at)) = self.asked_at
+                        && asked == query
+                    {
+                        let cycle_ms = now.since(at).as_secs_f64() * 1e3 + CYCLE_WORK_MS;
+                        let longest = self.cycle_max_ms.map_or(cycle_ms, |max| max.max(cycle_ms));
+                        self.cycle_max_ms = Some(longest);
+                        self.asked_at = None;
+                    }
+                }
+                _ => {}
+            }
+        }
+        for command in &self.commands {
+            if let Command::QueryPheromones { query, .. } = command {
+                self.asked_at = Some((*query, now));
+            }
+        }
+    }
+
+    /// Puts a change of phase into words.
+    fn tell(&mut self) {
+        let phase = self.navigator.phase();
+        if phase == self.last_phase {
+            return;
+        }
+        self.last_phase = phase;
+        let (level, text) = match phase {
+            Phase::Arrived => (LogLevel::Good, "stands at its goal".to_owned()),
+            Phase::Failed(reason) => (LogLevel::Bad, format!("gives up: {}", reason.as_str())),
+            Phase::Avoid | Phase::Wait | Phase::LostTrail => {
+                (LogLevel::Warn, phase.name().to_owned())
+            }
+            _ => (LogLevel::Info, phase.name().to_owned()),
+        };
+        self.news = Some((level, format!("{}: {text}", self.name)));
+    }
+
+    /// The news of this step.
+    pub(super) fn take_news(&mut self) -> Option<(LogLevel, String)> {
+        self.news.take()
+    }
+
+    /// Whether it stands at the goal of the last order, by its own account.
+    pub(super) fn has_arrived(&self) -> bool {
+        !self.order_under_way && self.navigator.phase() == Phase::Arrived
+    }
+
+    /// Why it gave up, if it did.
+    pub(super) fn failure(&self) -> Option<&'static str> {
+        match self.navigator.phase() {
+            Phase::Failed(reason) => Some(reason.as_str()),
+            _ if self.telemetry.unanswered => Some("the order was never answered"),
+            _ => None,
+        }
+    }
+
+    /// What the ground has heard from it since the last order.
+    pub(super) fn telemetry(&self) -> Telemetry {
+        self.telemetry
+    }
+
+    /// Whether it follows a trail on purpose.
+    pub(super) fn is_following(&self) -> bool {
+        self.navigator.phase() == Phase::FollowTrail
+    }
+
+    pub(super) fn navigator(&self) -> &Navigator {
+        &self.navigator
+    }
+
+    /// The last report of the robot that the navigation node received.
+    pub(super) fn last_status(&self) -> Option<&RobotStatus> {
+        self.status.as_ref()
+    }
+
+    /// The longest control cycle so far, ms; `None` before the first.
+    pub(super) fn cycle_max_ms(&self) -> Option<f64> {
+        self.cycle_max_ms
+    }
+
+    /// Share of time that the busier direction of each link was in use: robot, server, ground.
+    pub(super) fn utilisations(&self, now: Stamp) -> [Option<f64>; 3] {
+        let robot = match &self.robot {
+            RobotLine::Wired(robot) => Some(&robot.link),
+            RobotLine::Direct(_) | RobotLine::Remote(_) => None,
+        };
+        let links = [robot, self.server.link(), self.ground.link()];
+        let time_s = now.as_secs_f64().max(1e-9);
+        std::array::from_fn(|i| {
+            let link = links[i]?;
+            let sent = |end| link.counters(end).n_sent;
+            let busier = sent(End::A).max(sent(End::B)) as f64;
+            Some(busier * self.byte_times[i].as_secs_f64() / time_s)
+        })
+    }
+
+    /// Begins or ends reading along on its links.
+    pub(super) fn set_trace(&mut self, on: bool) {
+        let fresh = || {
+            let taps = [Tap::arcos(), Tap::pheromones(), Tap::ground()];
+            Box::new(taps.map(|tap| (tap, Packets::new())))
+        };
+        self.taps = on.then(fresh);
+    }
+
+    /// Hands over what passed its links: link index, receiving node, bytes, text.
+    pub(super) fn drain_taps(
+        &mut self,
+        mut take: impl FnMut(usize, &'static str, Vec<u8>, String),
+    ) {
+        for (i, (_, packets)) in self.taps.iter_mut().flat_map(|t| t.iter_mut()).enumerate() {
+            for (to, bytes, text) in packets.drain(..) {
+                take(self.link_base + i, to, bytes, text);
+            }
+        }
+    }
+
+    pub(super) fn absorb_state(&self, hash: &mut StateHash) {
+        self.robot.absorb_state(hash);
+        let view = self.navigator.view();
+        let pose = view.map_from_base.se2();
+        for value in [pose.x_m, pose.y_m, pose.yaw_rad, view.follower_error] {
+            hash.absorb(value);
+        }
+        hash.absorb_u64(u64::from(view.avoider_state));
+        hash.absorb_bytes(view.phase.name().as_bytes());
+    }
+}
+
+/// The line of a ground station when no decision node is wired to the robot: a radio modem, or
+/// direct where the robot's own link is.
+fn default_ground_link(plan: &RobotPlan) -> LinkPlan {
+    match plan.link {
+        LinkPlan::Direct => LinkPlan::Direct,
+        _ => LinkPlan::Memory(LinkConfig {
+            baud: Some(9600),
+            latency: Duration::from_millis(5),
+            ..LinkConfig::default()
+        }),
+    }
+}
+
+/// The fastest wheel speed that Pioneers allow when switched on, m/s.
+const FACTORY_SPEED_MAX_MPS: f64 = 0.75;
+
+/// Limits that have to be set because the robot's own are others.
+fn pioneer_settings(plan: &RobotPlan) -> PioneerSettings {
+    let settings = plan.navigator.settings();
+    let other = |wanted: f64, own: f64| ((wanted - own).abs() > 1e-6).then_some(wanted);
+    // The outer wheel of a curve turns at up to 1.6 times the cruising speed.
+    let wheel_max_mps = (1.6 * settings.speed_mps).min(plan.model.limits.speed_max_mps);
+    PioneerSettings {
+        speed_max_mps: (wheel_max_mps > FACTORY_SPEED_MAX_MPS).then_some(wheel_max_mps),
+        acceleration_mps2: other(
+            settings.acceleration_mps2,
+            plan.model.limits.acceleration_max_mps2,
+        ),
+        ..PioneerSettings::default()
+    }
+}
+
+fn robot_line(plan: &RobotPlan, seed: RunSeed) -> Result<RobotLine, RunError> {
+    let transport_error = |source| RunError::Transport { robot: plan.name.clone(), source };
+    let sonar_range_max_m = plan.sonar.range_max_m;
+    let driver = |line: LineTiming| {
+        PioneerDriver::new(PioneerDriverConfig {
+            wheelbase_m: plan.model.drive.wheelbase_m,
+            settings: pioneer_settings(plan),
+            sonar_range_max_m,
+            line,
+            ..PioneerDriverConfig::default()
+        })
+    };
+    let remote = |transport: Box<dyn Transport>| {
+        let driver = driver(LineTiming::default());
+        RobotLine::Remote(Box::new(RemoteRobot { transport, driver, is_broken: false }))
+    };
+    Ok(match &plan.link {
+        LinkPlan::Direct => {
+            let rng = seed.stream(&format!("robot/{}", plan.name));
+            RobotLine::Direct(Box::new(DirectRobot::new(&plan.model, sonar_range_max_m, rng)))
+        }
+        LinkPlan::Memory(config) => {
+            let rng = seed.stream(&format!("link/{}/robot", plan.name));
+            let link = Link::new(config, rng).map_err(|e| RunError::Settings {
+                robot: plan.name.clone(),
+                problem: e.to_string(),
+            })?;
+            let pioneer = PioneerConfig { name: plan.name.clone(), ..PioneerConfig::default() };
+            let rng = seed.stream(&format!("robot/{}", plan.name));
+            RobotLine::Wired(Box::new(WiredRobot {
+                link,
+                firmware: PioneerFirmware::new(Arc::clone(&plan.model), pioneer, rng),
+                driver: driver(LineTiming { baud: config.baud, latency: config.latency }),
+                reference: MotorReference {
+                    wheels: robot_models::WheelSpeeds::ZERO,
+                    acceleration_mps2: plan.model.limits.acceleration_max_mps2,
+                },
+            }))
+        }
+        LinkPlan::Tcp { address } => {
+            remote(Box::new(TcpTransport::connect(address).map_err(transport_error)?))
+        }
+        LinkPlan::Serial { device, baud } => {
+            remote(Box::new(SerialTransport::open(device, *baud).map_err(transport_error)?))
+        }
+    })
+}
+
+fn server_line(mission: &Mission, index: usize, seed: RunSeed) -> Result<ServerLine, String> {
+    let Some(plan) = &mission.parts().pheromones else { return Ok(ServerLine::Nothing) };
+    let LinkPlan::Memory(config) = &plan.link else {
+        return Ok(ServerLine::Direct { sense: plan.sense, asked: None });
+    };
+    let name = &mission.parts().robots[index].name;
+    let rng = seed.stream(&format!("link/{name}/pheromones"));
+    let link = Link::new(config, rng).map_err(|e| e.to_string())?;
+    // Robot numbers on the wire go round after 256; every robot has a channel of its own.
+    let robot_id = (index % 256) as u8;
+    let client = PheromoneClient::new(PheromoneClientConfig {
+        robot_id,
+        ..PheromoneClientConfig::default()
+    });
+    Ok(ServerLine::wired(link, plan.sense, client))
+}
+
+fn ground_line(link: &LinkPlan, plan: &RobotPlan, seed: RunSeed) -> Result<GroundLine, String> {
+    let LinkPlan::Memory(config) = link else { return Ok(GroundLine::Direct) };
+    let rng = seed.stream(&format!("link/{}/ground", plan.name));
+    Ok(GroundLine::Wired(Box::new(WiredGround {
+        link: Link::new(config, rng).map_err(|e| e.to_string())?,
+        station: GroundStation::new(GroundLinkConfig::default()),
+        client: GroundClient::new(GroundLinkConfig::default()),
+    })))
+}

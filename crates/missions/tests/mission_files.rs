@@ -1,0 +1,338 @@
+//! Mission files: what is accepted, what is refused and how it is said, and the template.
+
+use expect_test::{Expect, expect, expect_file};
+use missions::{Mission, file::MissionFile};
+
+/// A mission with one robot, one bell and one trail, to which a test adds or changes lines.
+const SMALL: &str = r#"[mission]
+name = "small"
+
+[world]
+[[world.walls]]
+line_m = [[2.0, -2.0], [2.0, 2.0]]
+
+[[devices]]
+name = "bell"
+input = 0
+
+[[robots]]
+[robots.navigator]
+route = "direct"
+"#;
+
+fn check(text: &str, overrides: &[&str], expected: &Expect) {
+    let overrides: Vec<String> = overrides.iter().map(|&o| o.to_owned()).collect();
+    let said = match Mission::parse("small.toml", text, &overrides) {
+        Ok(mission) => format!("accepted: {}", mission.name()),
+        Err(error) => error.to_string(),
+    };
+    expected.assert_eq(&said);
+}
+
+fn check_added(lines: &str, expected: &Expect) {
+    check(&format!("{SMALL}{lines}"), &[], expected);
+}
+
+#[test]
+fn the_small_mission_is_accepted() {
+    check(SMALL, &[], &expect!["accepted: small"]);
+}
+
+#[test]
+fn a_misspelt_key_is_shown_with_what_is_allowed() {
+    check(
+        "[mission]\nnmae = \"x\"\n",
+        &[],
+        &expect![[r#"
+            small.toml: TOML parse error at line 2, column 1
+              |
+            2 | nmae = "x"
+              | ^^^^
+            unknown field `nmae`, expected one of `name`, `title`, `about`, `duration_max_s`, `seed`"#]],
+    );
+}
+
+#[test]
+fn a_wrong_type_is_shown_in_its_place() {
+    check(
+        "[mission]\nseed = \"one\"\n",
+        &[],
+        &expect![[r#"
+            small.toml: TOML parse error at line 2, column 8
+              |
+            2 | seed = "one"
+              |        ^^^^^
+            invalid type: string "one", expected u64"#]],
+    );
+}
+
+#[test]
+fn a_number_outside_its_range_is_located() {
+    check(
+        "[mission]\nname = \"x\"\nduration_max_s = 0.0\n",
+        &[],
+        &expect!["small.toml:3:18: mission.duration_max_s = 0.0: must be from 0.1 to 86400 s"],
+    );
+    check(
+        &format!("{SMALL}speed_mps = nan\n"),
+        &[],
+        &expect![
+            "small.toml:15:13: robots[0].navigator.speed_mps = NaN: must be from 0.05 to 1 m/s"
+        ],
+    );
+    check(
+        &format!("{SMALL}control_period_ms = 205\n"),
+        &[],
+        &expect![
+            "small.toml:15:21: robots[0].navigator.control_period_ms = 205: must be a multiple of 10 from 50 to 2000 ms"
+        ],
+    );
+}
+
+#[test]
+fn a_method_that_does_not_exist_is_answered_with_those_that_do() {
+    check_added(
+        "avoidance = \"bug2\"\n",
+        &expect![[
+            r#"small.toml:15:13: robots[0].navigator.avoidance = "bug2": must be one of `checked`, `rebound`, `off`"#
+        ]],
+    );
+    check(
+        SMALL,
+        &["robots.navigator.route=teleport"],
+        &expect![[
+            r#"--set robots.navigator.route=teleport: robots[0].navigator.route = "teleport": must be one of `trail`, `direct`"#
+        ]],
+    );
+    check(
+        SMALL,
+        &["robots.model=roomba"],
+        &expect![[
+            r#"--set robots.model=roomba: robots[0].model = "roomba": must be one of `pioneer3dx`, `peoplebot`"#
+        ]],
+    );
+    check(
+        SMALL,
+        &["world.walls.material=jelly"],
+        &expect![[
+            r#"--set world.walls.material=jelly: world.walls[0].material = "jelly": must be one of `plaster`, `wood`, `glass`, `fabric`, `metal`, `cardboard`, `person`"#
+        ]],
+    );
+}
+
+#[test]
+fn a_trail_route_needs_a_trail() {
+    check(
+        SMALL,
+        &["robots.navigator.route=trail"],
+        &expect![[
+            r#"--set robots.navigator.route=trail: robots[0].navigator.route = "trail": must be `direct`, because the mission has no [pheromones]"#
+        ]],
+    );
+}
+
+#[test]
+fn names_are_unique() {
+    check_added(
+        "[[robots]]\n",
+        &expect![[
+            r#"small.toml:15:1: robots[1].name = "robot": must be a name of its own; robots[0] has this one"#
+        ]],
+    );
+    check_added(
+        "[[devices]]\nname = \"bell\"\n",
+        &expect![[
+            r#"small.toml:16:8: devices[1].name = "bell": must be a name of its own; devices[0] has this one"#
+        ]],
+    );
+    check_added(
+        "[[devices]]\n",
+        &expect![[r#"small.toml:15:1: devices[1].name = "": must be a name"#]],
+    );
+}
+
+#[test]
+fn inputs_and_outputs_exist_once() {
+    check_added(
+        "[[devices]]\nname = \"second\"\ninput = 0\n",
+        &expect![
+            "small.toml:17:9: devices[1].input = 0: must be a number of its own; `bell` has this one"
+        ],
+    );
+    check_added(
+        "[[devices]]\nname = \"second\"\ninput = 16\n",
+        &expect!["small.toml:17:9: devices[1].input = 16: must be from 0 to 15"],
+    );
+    check_added(
+        "[[devices]]\nname = \"lamp\"\nkind = \"lamp\"\n",
+        &expect!["small.toml:15:1: devices[1].output = absent: must be a number from 0 to 15"],
+    );
+    check_added(
+        "[[devices]]\nname = \"lamp\"\nkind = \"lamp\"\ninput = 3\n",
+        &expect!["small.toml:18:9: devices[1].input = 3: must be absent: a lamp is an output"],
+    );
+}
+
+#[test]
+fn nobody_starts_inside_a_wall_or_a_thing() {
+    check(
+        SMALL,
+        &["robots.start=[1.9, 0.0, 0.0]"],
+        &expect![
+            "--set robots.start=[1.9, 0.0, 0.0]: robots[0].start = [1.9, 0.0, 0.0]: must be a place where `robot` touches no wall"
+        ],
+    );
+    check_added(
+        "[[world.things]]\nname = \"table\"\nat_m = [0.2, 0.1]\n",
+        &expect![
+            "small.toml:12:1: robots[0].start = [0.0, 0.0, 0.0]: must be a place where `robot` does not touch `table`"
+        ],
+    );
+}
+
+#[test]
+fn files_that_are_not_there_are_named() {
+    check_added(
+        "[decision]\nprogram_file = \"lost.rdpl\"\n",
+        &expect![[
+            r#"small.toml:16:16: decision.program_file = "lost.rdpl": must be a file that can be read (lost.rdpl: cannot be read: not among the shipped files)"#
+        ]],
+    );
+    let absent = Mission::load("no/such/mission.toml", &[]).unwrap_err().to_string();
+    expect!["no mission is called `no/such/mission.toml` and no such file exists; shipped missions: doorbell, doorbell-answered, trail-45deg, trail-corner, one-obstacle, intermediate-goals, decision-rig, swarm"].assert_eq(&absent);
+}
+
+#[test]
+fn a_program_with_an_error_is_refused_with_its_line() {
+    check_added(
+        "[decision]\nprogram = \"\\nAND O0,I77\"\n",
+        &expect![
+            "small.toml:16:11: decision.program = a program with 1 error (line 2, column 1: AND needs 5 operands and has 2: OP2 is missing): must be a program that compiles"
+        ],
+    );
+    check_added(
+        "[decision]\n",
+        &expect![
+            "small.toml:15:1: decision.program = absent: must be the program, or instead program_file with the name of its file"
+        ],
+    );
+    check_added(
+        "[decision]\nprogram = \"AND O0,I0,1L,1L,1L\"\narrived_input = 0\n",
+        &expect![
+            "small.toml:17:17: decision.arrived_input = 0: must be an input of its own; `bell` has this one"
+        ],
+    );
+}
+
+#[test]
+fn events_and_requirements_speak_of_what_exists() {
+    check_added(
+        "[[events]]\ndo = \"press\"\ndevice = \"gong\"\n",
+        &expect![[
+            r#"small.toml:17:10: events[0].device = "gong": must be one of the mission's names: bell"#
+        ]],
+    );
+    check_added(
+        "[[events]]\ndo = \"goal\"\nrobot = \"robot\"\n",
+        &expect![
+            "small.toml:15:1: events[0].pose = absent: must be x, y (m), yaw (degrees), either here or in pose_from_start"
+        ],
+    );
+    check_added(
+        "[[success.arrived]]\nrobot = \"ghost\"\npose = [0, 0, 0]\n",
+        &expect![[
+            r#"small.toml:16:9: success.arrived[0].robot = "ghost": must be one of the mission's names: robot"#
+        ]],
+    );
+}
+
+#[test]
+fn overrides_that_cannot_be_applied_are_explained() {
+    check(
+        SMALL,
+        &["robots.start"],
+        &expect!["--set robots.start: must look like table.key=value, with an equals sign"],
+    );
+    check(
+        SMALL,
+        &["robots.wings=2"],
+        &expect![[r#"
+            --set robots.wings=2: unknown field `wings`, expected one of `name`, `model`, `start`, `count`, `spacing_m`, `row_length`, `odometry`, `sonar`, `link`, `navigator`
+            in `robots`"#]],
+    );
+}
+
+#[test]
+fn the_resolved_text_makes_the_same_mission() {
+    for name in Mission::shipped() {
+        let mission = Mission::load(name, &[]).unwrap();
+        let again = Mission::parse("resolved", &mission.to_toml(), &[]).unwrap();
+        assert_eq!(again.file(), mission.file(), "{name}");
+        assert_eq!(again.to_toml(), mission.to_toml(), "{name}");
+    }
+}
+
+#[test]
+fn an_override_reaches_the_resolved_text() {
+    let mission = Mission::load("doorbell", &["robots.navigator.speed_mps=0.25".to_owned()]);
+    assert!((mission.unwrap().file().robots[0].navigator.speed_mps - 0.25).abs() < 1e-12);
+}
+
+/// Keys of a table and all tables in it, with the tables' names; indices left out.
+fn keys(value: &toml::Value, prefix: &str, found: &mut std::collections::BTreeSet<String>) {
+    match value {
+        toml::Value::Table(table) => {
+            for (key, inner) in table {
+                let path = format!("{prefix}.{key}");
+                found.insert(path.clone());
+                keys(inner, &path, found);
+            }
+        }
+        toml::Value::Array(array) => array.iter().for_each(|v| keys(v, prefix, found)),
+        _ => {}
+    }
+}
+
+#[test]
+fn the_template_is_a_mission_and_names_every_key() {
+    let template = Mission::template();
+    let written: MissionFile = toml::from_str(template).unwrap();
+    Mission::parse("template", template, &[]).unwrap();
+
+    let mut in_template = std::collections::BTreeSet::new();
+    keys(&toml::from_str(template).unwrap(), "", &mut in_template);
+    let mut in_code = std::collections::BTreeSet::new();
+    keys(&toml::Value::try_from(&written).unwrap(), "", &mut in_code);
+    let missing: Vec<&String> =
+        in_code.difference(&in_template).filter(|k| !k.contains(".link.")).collect();
+    assert!(missing.is_empty(), "the template does not show {missing:?}");
+}
+
+#[test]
+fn the_template_shows_the_defaults() {
+    let template = Mission::template();
+    // Without the lines marked as examples, every table falls back to its defaults.
+    let plain: String =
+        template.lines().filter(|l| !l.contains("# e.g.")).fold(String::new(), |t, l| t + l + "\n");
+    let file: MissionFile = toml::from_str(&plain).unwrap();
+    let default = MissionFile::default();
+    assert_eq!(file.mission, default.mission);
+    assert_eq!(file.robots[0], missions::file::RobotFile::default());
+    assert_eq!(file.pheromones, Some(missions::file::PheromonesFile::default()));
+    assert_eq!(file.decision, Some(missions::file::DecisionFile::default()));
+    let bare_world =
+        missions::file::WorldFile { bounds_m: file.world.bounds_m, ..default.world.clone() };
+    assert_eq!(bare_world, default.world);
+    assert_eq!(file.world.random_boxes[0], missions::file::RandomBoxesFile::default());
+    assert_eq!(file.success.stayed[0], missions::file::StayedFile::default());
+    assert_eq!(file.success.arrived[0], missions::file::ArrivedFile::default());
+}
+
+#[test]
+fn the_guide_shows_the_template() {
+    // The guide ends with the template in a block; UPDATE_EXPECT=1 brings it up to date.
+    let guide = include_str!("../../../docs/guide/missions.md");
+    let (before, _) = guide.rsplit_once("```toml\n").unwrap();
+    let wanted = format!("{before}```toml\n{}```\n", Mission::template());
+    expect_file!["../../../docs/guide/missions.md"].assert_eq(&wanted);
+}
