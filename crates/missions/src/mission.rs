@@ -21,7 +21,9 @@ use run_context::{RunSeed, Stamp};
 pub(crate) use check::{overlap, rectangle};
 pub use error::{MissionError, SettingError};
 use file::MissionFile;
-use plan::{DecisionPlan, DevicePlan, EventPlan, PheromonePlan, Requirement, RobotPlan, WorldPlan};
+use plan::{
+    DecisionPlan, DevicePlan, EventPlan, LinkPlan, PheromonePlan, Requirement, RobotPlan, WorldPlan,
+};
 
 /// Every key with its default and what it means, as a mission file.
 const TEMPLATE: &str = include_str!("mission/template.toml");
@@ -174,6 +176,14 @@ impl Mission {
     /// How many robots it has.
     pub fn n_robots(&self) -> usize {
         self.parts.robots.len()
+    }
+
+    /// Whether a robot of it is elsewhere, at the end of a socket or a serial line: then virtual time
+    /// must pass as real time does.
+    pub fn has_real_robot(&self) -> bool {
+        let elsewhere =
+            |r: &RobotPlan| matches!(r.link, LinkPlan::Tcp { .. } | LinkPlan::Serial { .. });
+        self.parts.robots.iter().any(elsewhere)
     }
 
     /// The source of the decision program, if there is one.

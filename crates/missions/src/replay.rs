@@ -39,6 +39,12 @@ pub enum ReplayError {
     /// The recorded mission cannot be loaded.
     #[error("the recorded mission cannot be loaded: {0}")]
     Mission(#[from] MissionError),
+    /// The recording is of a robot elsewhere, which a replay would move.
+    #[error(
+        "the recording is of a robot elsewhere, which a replay would move again; --set \
+         robots.link.kind=memory replays it in simulation"
+    )]
+    RealRobot,
     /// The recorded mission cannot be started.
     #[error(transparent)]
     Run(#[from] RunError),
@@ -126,6 +132,9 @@ impl Replay {
             return Err(wrong(problem));
         }
         let mission = Mission::parse("the recorded mission", &head.mission, overrides)?;
+        if mission.has_real_robot() {
+            return Err(ReplayError::RealRobot);
+        }
         let run = Run::new(mission, RunSeed(head.seed))?;
         Ok(Self {
             head,

@@ -21,6 +21,7 @@ mod vehicle;
 use std::{collections::VecDeque, time::Duration};
 
 use geometry::Se2;
+use path_following::Path;
 use rayon::prelude::*;
 use run_context::{RunSeed, Stamp, StateHash};
 use simulator::{ThingId, World};
@@ -51,6 +52,8 @@ const LOG_MAX: usize = 2000;
 const TRACE_MAX: usize = 4000;
 /// From this many robots on, their nodes run in parallel.
 const PARALLEL_FROM: usize = 8;
+/// The first so many robots are traced and written about in the log.
+const N_REPORTED_MAX: usize = 7;
 /// In swarms every robot's clearance is measured once in so many steps.
 const SWARM_TURNS: u64 = 50;
 /// Robots per parallel piece of work.
@@ -151,12 +154,14 @@ impl Run {
         let vehicles = build::vehicles(&mission, seed, &mut world)?;
         let decision = build::decision(&mission);
         let parts = mission.parts();
-        let trail = parts.pheromones.as_ref().and_then(|p| p.trails.first().cloned());
+        let trail = parts.pheromones.as_ref().and_then(|p| Path::polyline(p.trails.first()?).ok());
         let metrics = parts
             .robots
             .iter()
             .zip(&vehicles)
-            .map(|(r, v)| RobotMetrics::new(v.body, r.start, trail.as_deref()))
+            .map(|(r, v)| {
+                RobotMetrics::new(v.body, r.start, r.path.as_ref().or(trail.as_ref()).cloned())
+            })
             .collect();
         let devices = Devices::new(&parts.devices);
         let judge = Judge::new(&parts.success);
@@ -292,7 +297,7 @@ impl Run {
     /// Switches the collection of decoded packets on or off; it is off at first.
     pub fn set_trace(&mut self, on: bool) {
         self.trace_on = on;
-        for vehicle in &mut self.vehicles {
+        for vehicle in self.vehicles.iter_mut().take(N_REPORTED_MAX) {
             vehicle.set_trace(on);
         }
         self.trace.clear();
@@ -308,7 +313,8 @@ impl Run {
         self.log.drain(..).collect()
     }
 
-    /// Hash of everything that decides what happens next. Cost: linear in robots, people and things.
+    /// Hash of the state that can be seen: world, robots' reports and phases, decision node, devices. What
+    /// hides in links and memories shows in it as soon as it has an effect. Cost: linear in robots, people and things.
     pub fn state_hash(&self) -> StateHash {
         let mut hash = StateHash::new();
         hash.absorb_u64(self.steps);
@@ -338,11 +344,20 @@ impl Run {
                 action => self.act(action),
             }
         }
-        if let Some(&(robot, pose)) = self.waiting_goals.front()
-            && self.vehicles.get(robot).is_some_and(Vehicle::has_arrived)
-        {
-            self.waiting_goals.pop_front();
-            self.send_goal(robot, pose);
+        self.send_waiting_goals();
+    }
+
+    /// The next goal of every robot that has reached the one before.
+    fn send_waiting_goals(&mut self) {
+        let mut i = 0;
+        while let Some(&(robot, pose)) = self.waiting_goals.get(i) {
+            // A robot that has just been sent somewhere has not arrived there yet.
+            if self.vehicles.get(robot).is_some_and(Vehicle::has_arrived) {
+                self.waiting_goals.remove(i);
+                self.send_goal(robot, pose);
+            } else {
+                i += 1;
+            }
         }
     }
 
@@ -492,20 +507,20 @@ impl Run {
             if let Some(body) = vehicle.body {
                 let way_m = metrics.update(self.world.body(body), vehicle.is_following());
                 farthest_m = farthest_m.max(way_m);
+            } else {
+                let reported = vehicle.navigator().view().map_from_base.se2();
+                metrics.update_reported(reported, vehicle.is_following());
             }
             metrics.arrival(vehicle.has_arrived(), self.steps);
         }
         self.others_moved_m += farthest_m;
         self.measure_clearances();
-        if self.vehicles.len() < PARALLEL_FROM {
-            (0..self.vehicles.len()).for_each(|i| self.report(i));
-        }
+        (0..self.vehicles.len().min(N_REPORTED_MAX)).for_each(|i| self.report(i));
     }
 
     /// How far the fastest person can have come in one step, m.
     fn farthest_person_m(&self) -> f64 {
-        let walking = self.world.people().iter().filter(|p| p.is_moving());
-        let speeds = walking.map(|p| p.spec.speed_mps);
+        let speeds = self.world.people().iter().map(|p| p.spec.speed_mps);
         speeds.fold(0.0, f64::max) * STEP.as_secs_f64()
     }
 

@@ -70,6 +70,19 @@ fn the_corner_is_cut_but_not_lost() {
 }
 
 #[test]
+fn a_given_path_is_followed_by_every_law() {
+    check("path-slalom");
+    for law in ["carrot", "pure_pursuit", "stanley"] {
+        let override_ = format!("robots.navigator.path_controller={law}");
+        let mission = Mission::load("path-slalom", &[override_]).unwrap();
+        let seed = mission.seed();
+        let mut run = Run::new(mission, seed).unwrap();
+        let verdict = run.run_to_end();
+        assert!(verdict.passed, "{law}: {}", verdict.text);
+    }
+}
+
+#[test]
 fn one_obstacle_is_passed() {
     let summary = check("one-obstacle");
     assert!(summary.figure("path_length_m").unwrap() > 7.0, "it cannot have gone straight");

@@ -101,7 +101,7 @@ fn a_method_that_does_not_exist_is_answered_with_those_that_do() {
         SMALL,
         &["robots.navigator.route=teleport"],
         &expect![[
-            r#"--set robots.navigator.route=teleport: robots[0].navigator.route = "teleport": must be one of `trail`, `direct`"#
+            r#"--set robots.navigator.route=teleport: robots[0].navigator.route = "teleport": must be one of `trail`, `direct`, `path`"#
         ]],
     );
     check(
@@ -199,7 +199,7 @@ fn files_that_are_not_there_are_named() {
         ]],
     );
     let absent = Mission::load("no/such/mission.toml", &[]).unwrap_err().to_string();
-    expect!["no mission is called `no/such/mission.toml` and no such file exists; shipped missions: doorbell, doorbell-answered, trail-45deg, trail-corner, one-obstacle, intermediate-goals, decision-rig, swarm"].assert_eq(&absent);
+    expect!["no mission is called `no/such/mission.toml` and no such file exists; shipped missions: doorbell, doorbell-answered, trail-45deg, trail-corner, path-slalom, one-obstacle, intermediate-goals, decision-rig, swarm"].assert_eq(&absent);
 }
 
 #[test]

@@ -8,6 +8,7 @@ use robot_models::WheelSpeeds;
 use run_context::Stamp;
 
 use crate::{
+    Avoidance,
     ahead::Hazard,
     messages::{Command, FailureReason, Report},
     navigator::{Navigator, SPEED_MIN_MPS},
@@ -92,7 +93,8 @@ impl Navigator {
         let acceleration = settings.acceleration_mps2;
         // 0.8: half a period passes before a slower reference is acted upon.
         let braking_mps = 0.8 * (2.0 * acceleration * (distance_m - 0.02).max(0.0)).sqrt();
-        let speed_mps = braking_mps.min(settings.speed_mps).max(SPEED_MIN_MPS);
+        let speed_mps =
+            braking_mps.min(settings.speed_mps).max(SPEED_MIN_MPS.min(settings.speed_mps));
         let wheels = self.line_steering.step(self.pose, self.line_from, goal, speed_mps);
         self.drive(wheels, commands);
     }
@@ -171,6 +173,9 @@ impl Navigator {
 
     /// Whether turning in place touches nothing that was heard lately.
     pub(crate) fn turn_is_safe(&self, turn_rad: f64) -> bool {
+        if self.config.settings.avoidance == Avoidance::Off {
+            return true;
+        }
         let clearance_m =
             self.echoes.clearance_of_turn_m(self.pose, turn_rad, &self.config.footprint);
         clearance_m > TURN_MARGIN_M && !self.tail_may_hit_a_wall(turn_rad)
@@ -179,6 +184,9 @@ impl Navigator {
     /// Where the robot was switched on it has heard nothing beside its tail yet: what a side sensor
     /// hears then is taken to go on backwards, like a wall.
     pub(crate) fn tail_may_hit_a_wall(&self, turn_rad: f64) -> bool {
+        if self.config.settings.avoidance == Avoidance::Off {
+            return false;
+        }
         let Some(status) = self.status.filter(|_| self.driven_m < KNOWS_ITS_SIDES_AFTER_M) else {
             return false;
         };

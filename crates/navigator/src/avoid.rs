@@ -204,7 +204,9 @@ impl Navigator {
                 let braking_mps = 0.8 * (2.0 * settings.acceleration_mps2 * left_m).sqrt();
                 let aside = self.phase != Phase::DriveToTarget || self.machine.is_detouring();
                 let pace = if aside { DETOUR_PACE.min(self.pace(now)) } else { self.pace(now) };
-                let speed_mps = (pace * settings.speed_mps).min(braking_mps).max(SPEED_MIN_MPS);
+                let speed_mps = (pace * settings.speed_mps)
+                    .min(braking_mps)
+                    .max(SPEED_MIN_MPS.min(settings.speed_mps));
                 let wheels = self.line_steering.step(self.pose, from, to, speed_mps);
                 self.drive(wheels, commands);
             }

@@ -357,8 +357,10 @@ fn machine_config(s: &NavigatorSettings) -> MachineConfig {
 impl TryFrom<NavigatorSettings> for NavigatorConfig {
     type Error = ConfigError;
 
-    fn try_from(settings: NavigatorSettings) -> Result<Self, ConfigError> {
+    fn try_from(mut settings: NavigatorSettings) -> Result<Self, ConfigError> {
         check_ranges(&settings)?;
+        // A silent sensor reads its greatest range, whatever that is; noise stays above this.
+        settings.echoes.silence_m = settings.echoes.silence_m.min(0.98 * settings.range_max_m);
         let s = &settings;
         let bubble = Bubble::new(&s.bubble_gains, &s.bubble_floors_m, s.range_max_m)?;
         let footprint = Footprint::new(&s.outline_m).ok_or(ConfigError::Value {

@@ -413,6 +413,10 @@ impl Navigator {
         if phase != self.phase {
             self.turn = None;
         }
+        // Only these phases go on asking; elsewhere an answer that was lost must not count as silence.
+        if !matches!(phase, Phase::AimAtTrail | Phase::FollowTrail | Phase::LostTrail) {
+            self.inquiry.cancel();
+        }
         self.phase = phase;
         self.phase_since = now;
         self.own_wanted = false;

@@ -27,6 +27,9 @@ const N_AIMS_MAX: u32 = 6;
 /// A moving robot without an answer about its own pose for this long stands.
 const ANSWER_MISSING: Duration = Duration::from_millis(900);
 
+/// What an answer may take at most once its period has begun.
+const ANSWER_ROUND_TRIP: Duration = Duration::from_millis(700);
+
 /// Deviation from the preview's direction from which the robot turns in place, radians.
 const TURN_FROM_RAD: f64 = 1.0;
 
@@ -207,7 +210,9 @@ impl Navigator {
             self.follow_path_step(now, at_end, commands);
             return;
         }
-        if now.since(self.last_own_at) > ANSWER_MISSING {
+        // A question is asked once a period, so an answer is up to a period and a round trip old.
+        let missing = ANSWER_MISSING.max(self.config.period + ANSWER_ROUND_TRIP);
+        if now.since(self.last_own_at) > missing {
             self.stop_wheels(commands);
         }
         self.own_wanted = true;

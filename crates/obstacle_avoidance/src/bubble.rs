@@ -108,14 +108,20 @@ impl Bubble {
     pub fn check(&self, ranges_m: &[f64], speed_mps: f64, interval_s: f64) -> Intrusion {
         let mut found = Intrusion::default();
         for (index, &range_m) in ranges_m.iter().enumerate().take(self.len()) {
-            let limit_m = self.limit_m(index, speed_mps, interval_s);
-            let clear = limit_m <= 0.0 || range_m > limit_m;
-            if !clear {
+            if self.is_inside(index, range_m, speed_mps, interval_s) {
                 found.first = found.first.or(Some(index));
                 found.n_sensors += 1;
             }
         }
         found
+    }
+
+    /// Whether one reading (m) lies on or inside its boundary. A reading at the cap says that nothing was
+    /// heard and is outside, however far the boundary reaches.
+    pub fn is_inside(&self, index: usize, range_m: f64, speed_mps: f64, interval_s: f64) -> bool {
+        let limit_m = self.limit_m(index, speed_mps, interval_s);
+        let clear = limit_m <= 0.0 || range_m > limit_m || range_m >= self.range_cap_m;
+        !clear
     }
 
     /// The greatest speed (m/s) at which no reading lies inside its boundary; 0 when one lies

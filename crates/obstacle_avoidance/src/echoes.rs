@@ -122,7 +122,7 @@ impl EchoMemory {
         for (index, (sensor, &range_m)) in sensors.iter().zip(ranges_m).enumerate() {
             if fresh >> index & 1 == 1 && range_m.is_finite() && range_m > 0.0 {
                 self.forget_seen_through(pose, sensor, range_m);
-                if range_m <= self.config.range_max_m {
+                if range_m <= self.config.range_max_m && range_m < self.config.silence_m {
                     let bearing_rad = self.bearing_of_echo(sensors, ranges_m, index);
                     let mouth = pose.transform_point(sensor.in_base);
                     let away = Se2::new(0.0, 0.0, pose.yaw_rad + bearing_rad).heading();

@@ -479,8 +479,7 @@ impl Machine {
         let ahead = |s: &RangeSensor| s.bearing_rad.abs() < 22.0_f64.to_radians();
         let speed_mps = inputs.speed_mps.abs().max(0.3);
         self.sensors.iter().zip(inputs.ranges_m).enumerate().any(|(index, (sensor, &range_m))| {
-            let limit_m = self.bubble.limit_m(index, speed_mps, self.config.period_s);
-            ahead(sensor) && limit_m > 0.0 && (range_m.is_nan() || range_m <= limit_m)
+            ahead(sensor) && self.bubble.is_inside(index, range_m, speed_mps, self.config.period_s)
         })
     }
 

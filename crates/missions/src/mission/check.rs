@@ -109,14 +109,21 @@ fn named(key: &str, name: &str, names: &[&str]) -> Checked<usize> {
 }
 
 /// A line between two nodes.
-fn link(key: &str, file: &LinkFile) -> Checked<LinkPlan> {
+/// Links between nodes that are always simulated here are in memory or direct.
+const N_SIMULATED_LINKS: usize = 2;
+/// A robot may also be elsewhere.
+const N_LINKS: usize = 4;
+
+/// A link of one of the first `n_kinds` kinds: memory, direct, tcp, serial.
+fn link(key: &str, file: &LinkFile, n_kinds: usize) -> Checked<LinkPlan> {
     let kinds = ["memory", "direct", "tcp", "serial"];
+    let kinds = &kinds[..n_kinds];
     let at = |name: &str| format!("{key}.{name}");
     range(at("latency_ms"), file.latency_ms, 0.0..=10_000.0, "from 0 to 10000 ms")?;
     range(at("jitter_ms"), file.jitter_ms, 0.0..=10_000.0, "from 0 to 10000 ms")?;
     range(at("loss_prob"), file.loss_prob, 0.0..=1.0, "from 0 to 1")?;
     range(at("corruption_prob"), file.corruption_prob, 0.0..=1.0, "from 0 to 1")?;
-    match choose(&at("kind"), &file.kind, &kinds)? {
+    match choose(&at("kind"), &file.kind, kinds)? {
         0 => Ok(LinkPlan::Memory(wire::link::LinkConfig {
             baud: (file.baud > 0).then_some(file.baud),
             latency: seconds(file.latency_ms * 1e-3),

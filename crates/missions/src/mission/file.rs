@@ -429,8 +429,12 @@ impl Default for LinkFile {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct NavigatorFile {
-    /// How it gets to a goal: `trail` (pheromones) or `direct` (a straight line).
+    /// How it gets to a goal: `trail` (pheromones), `direct` (a straight line) or `path`.
     pub route: String,
+    /// Corners of the path that `route = "path"` follows to its goal, from start to goal.
+    pub path_m: Vec<[f64; 2]>,
+    /// The steering law on that path: `fuzzy`, `carrot`, `pure_pursuit` or `stanley`.
+    pub path_controller: String,
     /// The steering law on the trail: `fuzzy` (three sets), `fuzzy_fine` (five),
     /// `listing`, `bio_mimetic`, `fuzzy_angle` or `pure_pursuit`.
     pub trail_controller: String,
@@ -464,6 +468,8 @@ impl Default for NavigatorFile {
     fn default() -> Self {
         Self {
             route: "trail".into(),
+            path_m: Vec::new(),
+            path_controller: "fuzzy".into(),
             trail_controller: "fuzzy".into(),
             avoidance: "checked".into(),
             rebound: "visibility".into(),
@@ -507,6 +513,9 @@ pub struct PheromonesFile {
     pub sigma_m: f64,
     /// Distance between the two antennas, m.
     pub antenna_spacing_m: f64,
+    /// What the server multiplies intensities with before it sends them as bytes, 0.001 to 1; 0.5 or
+    /// less for trails three cells wide, whose sum exceeds a byte.
+    pub scale_ratio: f64,
     /// `scalar_sum`, `vector_atan2` or `listing`.
     pub perception: String,
     /// `[pheromones.link]`: the radio modem to the server.
@@ -526,6 +535,7 @@ impl Default for PheromonesFile {
             height: 61,
             sigma_m: 0.6,
             antenna_spacing_m: 0.38,
+            scale_ratio: 1.0,
             perception: "scalar_sum".into(),
             link: LinkFile { latency_ms: 5.0, ..LinkFile::default() },
         }
@@ -650,7 +660,7 @@ pub struct ArrivedFile {
     /// Deadline, seconds; 0: the end of the mission.
     pub by_s: f64,
     /// Part of the robots of that name that must arrive.
-    pub ratio_min: f64,
+    pub min_ratio: f64,
 }
 
 impl Default for ArrivedFile {
@@ -662,7 +672,7 @@ impl Default for ArrivedFile {
             within_m: 0.3,
             within_deg: 15.0,
             by_s: 0.0,
-            ratio_min: 1.0,
+            min_ratio: 1.0,
         }
     }
 }

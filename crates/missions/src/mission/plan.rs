@@ -5,6 +5,7 @@ use std::sync::Arc;
 use decision::Program;
 use geometry::{Se2, Segment, Vec2};
 use navigator::NavigatorConfig;
+use path_following::Path;
 use pheromones::{Field, SenseConfig};
 use robot_models::{OdometryErrors, RobotModel};
 use run_context::Stamp;
@@ -125,6 +126,8 @@ pub(crate) struct RobotPlan {
     pub(crate) sonar: SonarModel,
     pub(crate) link: LinkPlan,
     pub(crate) navigator: Arc<NavigatorConfig>,
+    /// What the path method follows.
+    pub(crate) path: Option<Path>,
 }
 
 #[derive(Clone, Debug)]
@@ -132,6 +135,7 @@ pub(crate) struct PheromonePlan {
     pub(crate) field: Field,
     pub(crate) trails: Vec<Vec<Vec2>>,
     pub(crate) sense: SenseConfig,
+    pub(crate) scale_ratio: f64,
     pub(crate) link: LinkPlan,
 }
 
@@ -195,7 +199,7 @@ pub(crate) enum Requirement {
         within_m: f64,
         within_rad: f64,
         by: Stamp,
-        ratio_min: f64,
+        min_ratio: f64,
     },
     SwitchedOn {
         device: usize,

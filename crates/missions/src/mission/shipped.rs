@@ -27,6 +27,7 @@ pub(crate) const MISSIONS: &[ShippedMission] = shipped![
     "doorbell-answered",
     "trail-45deg",
     "trail-corner",
+    "path-slalom",
     "one-obstacle",
     "intermediate-goals",
     "decision-rig",

@@ -20,6 +20,8 @@ use crate::{
 const TRIES_MAX: u32 = 2000;
 /// How far to look for walls beside a random box, m.
 const PASSAGE_LOOK_M: f64 = 5.0;
+/// Things on the floor from which on no box is put down any more.
+const N_THINGS_MAX: usize = 2000;
 /// Least and greatest side of a box that is put down, m.
 const BOX_SIZES_M: std::ops::RangeInclusive<f64> = 0.05..=3.0;
 
@@ -232,6 +234,16 @@ pub(super) fn place_box(
     let refuse =
         |reason: String| InterventionError::NoRoom { x_m: at.x, y_m: at.y, size_m, reason };
     let corners = rectangle(Se2::new(at.x, at.y, 0.0), Vec2::new(size_m, size_m));
+    if world.static_map().touches_polygon(&corners) {
+        return Err(refuse("a wall is there".to_owned()));
+    }
+    if let Some(thing) = world.things().iter().find(|t| overlap(t.spec.polygon.corners(), &corners))
+    {
+        return Err(refuse(format!("{} is there", thing.spec.name)));
+    }
+    if world.things().len() >= N_THINGS_MAX {
+        return Err(refuse(format!("there are {N_THINGS_MAX} things already; take some away")));
+    }
     let polygon = Polygon::new(corners).map_err(|e| refuse(e.to_string()))?;
     let material = sensor_models::material_by_name("cardboard").map_or(0, |(index, _)| index);
     let kind = ThingKind::Box;

@@ -80,12 +80,12 @@ impl Item {
     /// For a requirement that something happens: whether it has, and its deadline.
     fn event(&self, facts: &Facts<'_>) -> Option<(bool, Stamp)> {
         match &self.requirement {
-            Requirement::Arrived { robots, by, ratio_min, .. } => {
+            Requirement::Arrived { robots, by, min_ratio, .. } => {
                 if matches!(self.state, State::Done(_)) {
                     return Some((true, *by));
                 }
                 let n = robots.iter().filter(|&&r| self.stands_there(r, facts)).count();
-                Some((n as f64 >= ratio_min * robots.len() as f64, *by))
+                Some((n as f64 >= min_ratio * robots.len() as f64, *by))
             }
             Requirement::SwitchedOn { device, by } => {
                 Some((facts.devices.first_on(*device).is_some_and(|t| t <= *by), *by))
@@ -106,7 +106,17 @@ impl Item {
     }
 
     fn check(&self, facts: &Facts<'_>) -> Check {
+        let all_known = facts.metrics.iter().all(RobotMetrics::is_simulated);
+        let unknown = || (false, "not known of a robot elsewhere".to_owned());
         let (name, passed, text) = match &self.requirement {
+            Requirement::NoContact if !all_known => {
+                let (passed, text) = unknown();
+                ("no contact", passed, text)
+            }
+            Requirement::ClearanceMin(_) if !all_known => {
+                let (passed, text) = unknown();
+                ("clearance", passed, text)
+            }
             Requirement::NoContact => {
                 let n: u64 = facts.metrics.iter().map(|m| m.contacts).sum();
                 ("no contact", n == 0, format!("{n} contacts (allowed 0)"))
@@ -151,7 +161,7 @@ impl Item {
     }
 
     fn arrival_text(&self, robots: &[usize], facts: &Facts<'_>) -> String {
-        let Requirement::Arrived { pose, within_m, within_rad, ratio_min, by, .. } =
+        let Requirement::Arrived { pose, within_m, within_rad, min_ratio, by, .. } =
             &self.requirement
         else {
             return String::new();
@@ -159,7 +169,7 @@ impl Item {
         let allowed_deg = within_rad.to_degrees();
         let (&[robot], pose) = (robots, *pose) else {
             let n = robots.iter().filter(|&&r| self.stands_there(r, facts)).count();
-            let needed = (ratio_min * robots.len() as f64).ceil();
+            let needed = (min_ratio * robots.len() as f64).ceil();
             return format!(
                 "{n} of {} robots within {within_m:.2} m, {allowed_deg:.0}° (at least {needed:.0})",
                 robots.len()

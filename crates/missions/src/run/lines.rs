@@ -170,8 +170,8 @@ pub(super) enum ServerLine {
 }
 
 impl ServerLine {
-    pub(super) fn wired(link: Link, sense: SenseConfig, client: PheromoneClient) -> Self {
-        let server = Server::new(ServerConfig { sense, ..ServerConfig::default() });
+    pub(super) fn wired(link: Link, config: ServerConfig, client: PheromoneClient) -> Self {
+        let server = Server::new(config);
         Self::Wired(Box::new(WiredServer { link, server, client }))
     }
 

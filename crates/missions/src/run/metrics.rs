@@ -70,10 +70,10 @@ impl Default for Clearance {
 
 impl RobotMetrics {
     /// A robot at `start`; `body` is `None` for one elsewhere, of which only its reports are known.
-    pub(super) fn new(body: Option<BodyId>, start: Se2, trail: Option<&[Vec2]>) -> Self {
+    pub(super) fn new(body: Option<BodyId>, start: Se2, trail: Option<Path>) -> Self {
         Self {
             body,
-            trail: trail.and_then(|t| Path::polyline(t).ok()),
+            trail,
             start,
             last: start,
             along_trail_m: f64::NAN,
@@ -140,6 +140,20 @@ impl RobotMetrics {
         way_m
     }
 
+    /// The same for a robot elsewhere, from what it believes; contacts and clearance stay unknown.
+    pub(super) fn update_reported(&mut self, pose: Se2, following: bool) {
+        self.path_length_m += (pose.position() - self.last.position()).norm();
+        self.strayed_max_m =
+            self.strayed_max_m.max((pose.position() - self.start.position()).norm());
+        self.tracking(pose.position(), following);
+        self.last = pose;
+    }
+
+    /// Whether what the robot touches is known: it is simulated here.
+    pub(super) fn is_simulated(&self) -> bool {
+        self.body.is_some()
+    }
+
     fn turning(&mut self, rate_radps: f64) {
         if self.wheel_speeds.iter().any(|v| v.abs() > 0.01) {
             self.n_steps_moving += 1;
@@ -183,7 +197,7 @@ impl RobotMetrics {
         }
     }
 
-    /// The true pose after the last step.
+    /// The true pose after the last step; of a robot elsewhere, the reported one.
     pub(super) fn pose(&self) -> Se2 {
         self.last
     }

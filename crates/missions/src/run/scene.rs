@@ -125,6 +125,11 @@ fn planned_path(parts: &Parts) -> Vec<Vec2> {
         return trail.clone();
     }
     let Some(first) = parts.robots.first() else { return Vec::new() };
+    if let Some(path) = &first.path {
+        // Its corners: a mission gives straight pieces only.
+        let starts = path.pieces().iter().map(|piece| piece.pose_at(0.0).position());
+        return starts.chain([path.end().position()]).collect();
+    }
     let goals = parts.events.iter().filter_map(|event| match &event.action {
         Action::Goal { robots, pose } if robots.contains(&0) => Some(resolved(*pose, first.start)),
         _ => None,
@@ -186,5 +191,5 @@ fn links(parts: &Parts) -> Vec<SceneLink> {
         ]
     };
     // Hundreds of direct robots have no links to look at.
-    parts.robots.iter().take(super::PARALLEL_FROM - 1).flat_map(of_robot).collect()
+    parts.robots.iter().take(super::N_REPORTED_MAX).flat_map(of_robot).collect()
 }

@@ -8,7 +8,7 @@ use drivers::{
 };
 use geometry::Transform2;
 use navigator::{Command, Navigator, Phase, RobotStatus, Sensed};
-use pheromones::Field;
+use pheromones::{Field, ServerConfig};
 use run_context::{RunSeed, Stamp, StateHash};
 use simulator::{BodyId, World};
 use virtual_robots::{MotorReference, PioneerConfig, PioneerFirmware};
@@ -76,7 +76,10 @@ impl Vehicle {
         let plan = &parts.robots[index];
         let settings = |problem: String| RunError::Settings { robot: plan.name.clone(), problem };
         let map_from_odom = Transform2::new(plan.start);
-        let navigator = Navigator::new((*plan.navigator).clone(), map_from_odom);
+        let mut navigator = Navigator::new((*plan.navigator).clone(), map_from_odom);
+        if let Some(path) = &plan.path {
+            navigator.set_path(path.clone());
+        }
         let decides = parts.decision.as_ref().filter(|d| d.robot == Some(index));
         let ground_link = decides.map_or_else(|| default_ground_link(plan), |d| d.link.clone());
         let server_link = parts.pheromones.as_ref().map(|p| p.link.clone());
@@ -378,7 +381,12 @@ fn server_line(mission: &Mission, index: usize, seed: RunSeed) -> Result<ServerL
         robot_id,
         ..PheromoneClientConfig::default()
     });
-    Ok(ServerLine::wired(link, plan.sense, client))
+    let config = ServerConfig {
+        sense: plan.sense,
+        scale_ratio: plan.scale_ratio,
+        ..ServerConfig::default()
+    };
+    Ok(ServerLine::wired(link, config, client))
 }
 
 fn ground_line(link: &LinkPlan, plan: &RobotPlan, seed: RunSeed) -> Result<GroundLine, String> {

@@ -13,7 +13,7 @@ use super::super::{
         RobotPlan, ThingPlan, WorldPlan,
     },
 };
-use super::{Checked, choose, link, point, range, unique};
+use super::{Checked, N_SIMULATED_LINKS, choose, link, point, range, unique};
 
 /// `[world]`.
 pub(super) fn world(file: &MissionFile, trails: Option<&PheromonePlan>) -> Checked<WorldPlan> {
@@ -285,7 +285,13 @@ pub(super) fn pheromones(file: &PheromonesFile) -> Checked<PheromonePlan> {
             antenna_spacing_m: spacing,
             strict: perception == Perception::Listing,
         },
-        link: link("pheromones.link", &file.link)?,
+        scale_ratio: range(
+            "pheromones.scale_ratio",
+            file.scale_ratio,
+            0.001..=1.0,
+            "from 0.001 to 1",
+        )?,
+        link: link("pheromones.link", &file.link, N_SIMULATED_LINKS)?,
     })
 }
 

@@ -3,8 +3,11 @@
 use std::sync::Arc;
 
 use geometry::{Se2, Vec2};
-use navigator::{Avoidance, Method, NavigatorConfig, NavigatorSettings, TrailController};
+use navigator::{
+    Avoidance, Method, NavigatorConfig, NavigatorSettings, PathController, TrailController,
+};
 use obstacle_avoidance::Variant;
+use path_following::Path;
 use robot_models::{OdometryErrors, RobotModel};
 use sensor_models::SonarModel;
 
@@ -13,7 +16,7 @@ use super::super::{
     file::{MissionFile, NavigatorFile, OdometryFile, RobotFile, SonarFile},
     plan::{LinkPlan, RobotPlan},
 };
-use super::{Checked, choose, link, pose, range, unique};
+use super::{Checked, N_LINKS, choose, link, pose, range, unique};
 
 /// `[[robots]]`, each table with a count above one laid out in rows.
 pub(super) fn robots(file: &MissionFile) -> Checked<Vec<RobotPlan>> {
@@ -37,16 +40,20 @@ fn group(key: &str, file: &RobotFile) -> Checked<Vec<RobotPlan>> {
     if file.row_length == 0 {
         return Err(Wrong::new(format!("{key}.row_length"), 0, "at least 1"));
     }
+    for (axis, spacing_m) in file.spacing_m.into_iter().enumerate() {
+        range(format!("{key}.spacing_m[{axis}]"), spacing_m, -100.0..=100.0, "from -100 to 100 m")?;
+    }
     let first = pose(&format!("{key}.start"), file.start)?;
     let errors = odometry(key, &file.odometry)?;
     let sonar = sonar(key, &file.sonar)?;
-    let link = link(&format!("{key}.link"), &file.link)?;
+    let link = link(&format!("{key}.link"), &file.link, N_LINKS)?;
     if matches!(link, LinkPlan::Direct) {
         // There is no SETA without bytes.
         model.limits.acceleration_max_mps2 = acceleration_mps2(key, &file.navigator)?;
     }
     let model = Arc::new(model);
     let navigator = Arc::new(navigator(key, file, &model)?);
+    let path = path(key, &file.navigator)?;
     let one = |n: usize| {
         let (column, row) = (n % file.row_length, n / file.row_length);
         let shift = Vec2::new(column as f64 * file.spacing_m[0], row as f64 * file.spacing_m[1]);
@@ -59,6 +66,7 @@ fn group(key: &str, file: &RobotFile) -> Checked<Vec<RobotPlan>> {
             sonar,
             link: link.clone(),
             navigator: Arc::clone(&navigator),
+            path: path.clone(),
         }
     };
     Ok((0..file.count).map(one).collect())
@@ -112,6 +120,39 @@ fn acceleration_mps2(key: &str, file: &NavigatorFile) -> Checked<f64> {
     range(at, file.acceleration_mps2, 0.05..=4.0, "from 0.05 to 4 m/s²")
 }
 
+/// The path of the path method; other methods have none.
+fn path(key: &str, file: &NavigatorFile) -> Checked<Option<Path>> {
+    if file.route != "path" {
+        return Ok(None);
+    }
+    let corners: Vec<Vec2> = file.path_m.iter().map(|&[x, y]| Vec2::new(x, y)).collect();
+    Path::polyline(&corners).map(Some).map_err(|e| {
+        let needed = "at least two different corners, finite, for route = \"path\"";
+        Wrong::prose(format!("{key}.navigator.path_m"), e.to_string(), needed)
+    })
+}
+
+fn trail_controller(key: &str, name: &str) -> Checked<TrailController> {
+    let names = ["fuzzy", "fuzzy_fine", "listing", "bio_mimetic", "fuzzy_angle", "pure_pursuit"];
+    Ok(match choose(key, name, &names)? {
+        0 => TrailController::Fuzzy,
+        1 => TrailController::FuzzyFine,
+        2 => TrailController::Listing,
+        3 => TrailController::BioMimetic,
+        4 => TrailController::FuzzyAngle,
+        _ => TrailController::PurePursuit,
+    })
+}
+
+fn path_controller(key: &str, name: &str) -> Checked<PathController> {
+    Ok(match choose(key, name, &["fuzzy", "carrot", "pure_pursuit", "stanley"])? {
+        0 => PathController::Fuzzy,
+        1 => PathController::Carrot,
+        2 => PathController::PurePursuit,
+        _ => PathController::Stanley,
+    })
+}
+
 fn navigator(key: &str, robot: &RobotFile, model: &RobotModel) -> Checked<NavigatorConfig> {
     let file = &robot.navigator;
     let at = |name: &str| format!("{key}.navigator.{name}");
@@ -123,22 +164,13 @@ fn navigator(key: &str, robot: &RobotFile, model: &RobotModel) -> Checked<Naviga
     let within_deg =
         range(at("goal_within_deg"), file.goal_within_deg, 0.5..=50.0, "from 0.5 to 50 degrees")?;
     let settings = NavigatorSettings {
-        method: match choose(&at("route"), &file.route, &["trail", "direct"])? {
+        method: match choose(&at("route"), &file.route, &["trail", "direct", "path"])? {
             0 => Method::Trail,
-            _ => Method::Direct,
+            1 => Method::Direct,
+            _ => Method::Path,
         },
-        trail_controller: match choose(
-            &at("trail_controller"),
-            &file.trail_controller,
-            &["fuzzy", "fuzzy_fine", "listing", "bio_mimetic", "fuzzy_angle", "pure_pursuit"],
-        )? {
-            0 => TrailController::Fuzzy,
-            1 => TrailController::FuzzyFine,
-            2 => TrailController::Listing,
-            3 => TrailController::BioMimetic,
-            4 => TrailController::FuzzyAngle,
-            _ => TrailController::PurePursuit,
-        },
+        path_controller: path_controller(&at("path_controller"), &file.path_controller)?,
+        trail_controller: trail_controller(&at("trail_controller"), &file.trail_controller)?,
         avoidance: match choose(&at("avoidance"), &file.avoidance, &["checked", "rebound", "off"])?
         {
             0 => Avoidance::Checked,

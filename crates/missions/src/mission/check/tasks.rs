@@ -9,7 +9,7 @@ use super::super::{
         Action, DecisionPlan, DevicePlan, DeviceWiring, EventPlan, GoalPose, Requirement, RobotPlan,
     },
 };
-use super::{Checked, choose, link, named, point, pose, range, seconds};
+use super::{Checked, N_SIMULATED_LINKS, choose, link, named, point, pose, range, seconds};
 
 /// `[decision]`: the program compiles, the robot exists, the inputs are free.
 pub(super) fn decision(
@@ -55,7 +55,7 @@ pub(super) fn decision(
         robot,
         arrived_input: file.arrived_input,
         failed_input: file.failed_input,
-        link: link("decision.link", &file.link)?,
+        link: link("decision.link", &file.link, N_SIMULATED_LINKS)?,
     })
 }
 
@@ -122,7 +122,7 @@ fn event(
             Action::PlaceBox {
                 name: if file.thing.is_empty() { "box".into() } else { file.thing.clone() },
                 at: point(format!("{key}.at_m"), at)?,
-                size_m: range(format!("{key}.size_m"), size, 0.05..=5.0, "from 0.05 to 5 m")?,
+                size_m: range(format!("{key}.size_m"), size, 0.05..=3.0, "from 0.05 to 3 m")?,
             }
         }
         _ if file.thing.is_empty() => {
@@ -178,7 +178,7 @@ pub(super) fn success(
             within_m: range(at("within_m"), a.within_m, 0.001..=100.0, "from 0.001 to 100 m")?,
             within_rad: deg.to_radians(),
             by: Stamp::ZERO + seconds(deadline(by_s)),
-            ratio_min: range(at("ratio_min"), a.ratio_min, 0.0..=1.0, "from 0 to 1")?,
+            min_ratio: range(at("min_ratio"), a.min_ratio, 0.0..=1.0, "from 0 to 1")?,
         });
     }
     for (i, s) in success.switched_on.iter().enumerate() {
