@@ -1,0 +1,427 @@
+//! The thread that steps the run at the speed the page asks for, and publishes what it shows.
+//!
+//! The run lives on one thread and is stepped in whole steps; the clock only decides how many. What
+//! is published is the newest state, so a slow page falls behind in frames, never in time.
+
+use std::{
+    path::PathBuf,
+    sync::{Arc, mpsc},
+    time::{Duration, Instant},
+};
+
+use geometry::{Se2, Vec2};
+use missions::{Intervention, LogItem as RunLog, Mission, Scene};
+use run_context::RunSeed;
+use serde::Serialize;
+use tokio::sync::{broadcast, oneshot, watch};
+
+use crate::{
+    convert::{self, Pace},
+    edges::Edges,
+    protocol::{Log, LogItem, MissionInfo, MissionName, Refusal, Request, Trace},
+    session::{Session, Show},
+};
+
+/// Time between two published states: 30 per second.
+const FRAME: Duration = Duration::from_nanos(33_333_333);
+/// Frames per published state when the robots are a crowd: ten states per second.
+const FRAMES_PER_STATE_OF_CROWD: u64 = 3;
+/// How late a frame may be and still be made up for.
+const LATE_MAX: Duration = Duration::from_millis(150);
+/// Time over which the achieved ratio is averaged, s.
+const RATIO_MEMORY_S: f64 = 0.5;
+/// Steps of a run per second of its time.
+const STEPS_PER_SECOND: f64 = 100.0;
+/// Steps that the button `step` takes: one control period of 200 ms.
+const STEPS_PER_CLICK: u64 = 20;
+/// Speeds that the page may ask for.
+const SPEED_RATIO: std::ops::RangeInclusive<f64> = 0.1..=20.0;
+/// Packets sent to the page per frame; more are left out, the newest kept.
+const TRACE_ITEMS_MAX: usize = 60;
+/// Events kept for a page that connects later.
+const LOG_ITEMS_KEPT: usize = 200;
+/// Messages that a slow page may lag behind before it misses some.
+const NEWS_KEPT: usize = 256;
+
+type Answer = oneshot::Sender<Result<(), String>>;
+
+/// A message as JSON, and the number of the run that it is about: after a restart nothing of the old
+/// run may reach a page.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Told {
+    pub run: u64,
+    pub text: Arc<str>,
+}
+
+/// The page's side of the runner.
+#[derive(Clone, Debug)]
+pub(crate) struct Remote {
+    /// The newest greeting, JSON.
+    pub hello: watch::Receiver<Told>,
+    /// The newest state, JSON.
+    pub state: watch::Receiver<Told>,
+    /// The whole event log so far, JSON; for a page that connects.
+    pub log: watch::Receiver<Told>,
+    /// Traces and events as they come, JSON.
+    pub news: broadcast::Sender<Told>,
+    requests: mpsc::Sender<(Request, Answer)>,
+}
+
+impl Remote {
+    /// Hands a request to the run.
+    ///
+    /// # Errors
+    ///
+    /// A sentence for the person at the page.
+    pub(crate) async fn ask(&self, request: Request) -> Result<(), String> {
+        let (answer, answered) = oneshot::channel();
+        let gone = || "the run has been shut down".to_owned();
+        self.requests.send((request, answer)).map_err(|_gone| gone())?;
+        answered.await.unwrap_or_else(|_gone| Err(gone()))
+    }
+}
+
+/// Where the runner publishes.
+struct Outlets {
+    hello: watch::Sender<Told>,
+    state: watch::Sender<Told>,
+    log: watch::Sender<Told>,
+    news: broadcast::Sender<Told>,
+}
+
+/// A run, how it is paced, and who watches.
+pub(crate) struct Runner {
+    show: Show,
+    missions: Arc<Vec<MissionName>>,
+    session: Session,
+    scene: Scene,
+    edges: Edges,
+    /// Restarts so far.
+    run_number: u64,
+    /// The recording that a restart completed.
+    recorded: Option<PathBuf>,
+    /// What the run said since the last frame.
+    said: Vec<RunLog>,
+    log: Vec<LogItem>,
+    playing: bool,
+    speed_ratio: f64,
+    achieved_ratio: f64,
+    /// When the last frame was, while time runs.
+    advanced_at: Option<Instant>,
+    /// Steps owed to the page's clock; below one between frames.
+    steps_due: f64,
+    verdict_seen: bool,
+    outlets: Outlets,
+    requests: mpsc::Receiver<(Request, Answer)>,
+}
+
+impl Runner {
+    /// Makes a runner and the remote that steers it.
+    pub(crate) fn new(
+        show: Show,
+        missions: Arc<Vec<MissionName>>,
+        speed_ratio: f64,
+    ) -> Result<(Self, Remote), String> {
+        let session = Session::start(&show)?;
+        // A real robot's time cannot be hurried or slowed.
+        let speed_ratio = if session.run().mission().has_real_robot() {
+            1.0
+        } else {
+            speed_ratio.clamp(*SPEED_RATIO.start(), *SPEED_RATIO.end())
+        };
+        let (hello, hello_out) = watch::channel(Told::default());
+        let (state, state_out) = watch::channel(Told::default());
+        let (log, log_out) = watch::channel(Told::default());
+        let (news, _) = broadcast::channel(NEWS_KEPT);
+        let (ask, requests) = mpsc::channel();
+        let remote = Remote {
+            hello: hello_out,
+            state: state_out,
+            log: log_out,
+            news: news.clone(),
+            requests: ask,
+        };
+        let mut runner = Self {
+            show,
+            missions,
+            session,
+            scene: Scene::default(),
+            edges: Edges::default(),
+            run_number: 0,
+            recorded: None,
+            said: Vec::new(),
+            log: Vec::new(),
+            playing: true,
+            speed_ratio,
+            achieved_ratio: speed_ratio,
+            advanced_at: None,
+            steps_due: 0.0,
+            verdict_seen: false,
+            outlets: Outlets { hello, state, log, news },
+            requests,
+        };
+        runner.greet();
+        Ok((runner, remote))
+    }
+
+    /// Steps and publishes until every remote is gone or `stop` says so. Gives the path of the
+    /// recording, if one was completed.
+    pub(crate) fn drive(mut self, stop: impl Fn() -> bool) -> Result<Option<PathBuf>, String> {
+        let mut frame_begins = Instant::now();
+        self.publish();
+        for frame in 0_u64.. {
+            if stop() {
+                break;
+            }
+            if self.playing {
+                self.advance();
+                if frame.is_multiple_of(self.frames_per_state()) || !self.playing {
+                    self.publish();
+                }
+            }
+            frame_begins += FRAME;
+            // A frame that came late is made up for. When the machine cannot keep up at all or was
+            // asleep: start anew instead of racing.
+            let now = Instant::now();
+            if now.saturating_duration_since(frame_begins) > LATE_MAX {
+                frame_begins = now;
+            }
+            if !self.listen(frame_begins) {
+                break;
+            }
+        }
+        Ok(self.session.finish()?.or(self.recorded))
+    }
+
+    fn frames_per_state(&self) -> u64 {
+        let is_crowd = convert::n_robots_in_full(&self.scene) < self.scene.robots.len();
+        if is_crowd { FRAMES_PER_STATE_OF_CROWD } else { 1 }
+    }
+
+    /// Carries out what is asked for until the frame ends, each with a state at once; `false` when
+    /// nobody can ask any more.
+    fn listen(&mut self, frame_ends: Instant) -> bool {
+        loop {
+            let rest = frame_ends.saturating_duration_since(Instant::now());
+            match self.requests.recv_timeout(rest) {
+                Ok((request, answer)) => {
+                    let outcome = self.carry_out(request);
+                    self.publish();
+                    // A page that left does not wait for its answer.
+                    drop(answer.send(outcome));
+                }
+                Err(mpsc::RecvTimeoutError::Timeout) => return true,
+                Err(mpsc::RecvTimeoutError::Disconnected) => return false,
+            }
+            if Instant::now() >= frame_ends {
+                return true;
+            }
+        }
+    }
+
+    /// Takes the steps of one frame, and no more than fit into it.
+    fn advance(&mut self) {
+        let begins = Instant::now();
+        let wanted = FRAME.as_secs_f64() * self.speed_ratio * STEPS_PER_SECOND;
+        self.steps_due += wanted;
+        let mut taken = 0.0;
+        while self.steps_due >= 1.0 {
+            if begins.elapsed() > FRAME.mul_f64(0.9) {
+                // Behind: the rest is dropped, and the page sees the ratio that was achieved.
+                self.steps_due = 0.0;
+                break;
+            }
+            self.steps_due -= 1.0;
+            taken += 1.0;
+            if !self.step() {
+                break;
+            }
+        }
+        self.measure(begins, taken / STEPS_PER_SECOND);
+    }
+
+    /// Brings the achieved ratio up to date: time simulated by the time since the last frame.
+    fn measure(&mut self, frame_begins: Instant, simulated_s: f64) {
+        if let Some(before) = self.advanced_at.replace(frame_begins) {
+            let passed_s = frame_begins.duration_since(before).as_secs_f64().max(1e-3);
+            let weight = (passed_s / RATIO_MEMORY_S).min(1.0);
+            self.achieved_ratio += weight * (simulated_s / passed_s - self.achieved_ratio);
+        }
+    }
+
+    /// One step; `false` when time stands still after it: at the verdict, once, so that people see it
+    /// (whoever plays on may watch what happens next), and at the end of a recording.
+    fn step(&mut self) -> bool {
+        let more = match self.session.step(&mut self.said) {
+            Ok(more) => more,
+            Err(text) => {
+                self.tell(&Refusal { text });
+                true
+            }
+        };
+        self.edges.look(self.session.run());
+        let verdict_falls = !self.verdict_seen && self.session.run().finished().is_some();
+        self.verdict_seen |= verdict_falls;
+        if verdict_falls || !more {
+            self.playing = false;
+            self.steps_due = 0.0;
+        }
+        more && !verdict_falls
+    }
+
+    /// What was achieved before says nothing about what comes.
+    fn pace_afresh(&mut self) {
+        self.achieved_ratio = self.speed_ratio;
+        self.advanced_at = None;
+    }
+
+    fn carry_out(&mut self, request: Request) -> Result<(), String> {
+        match request {
+            Request::Play => {
+                self.playing = true;
+                self.pace_afresh();
+            }
+            Request::Pause => self.playing = false,
+            Request::Step => {
+                self.playing = false;
+                for _ in 0..STEPS_PER_CLICK {
+                    if !self.step() {
+                        break;
+                    }
+                }
+            }
+            Request::Speed { ratio } => {
+                if !SPEED_RATIO.contains(&ratio) {
+                    return Err(format!("the speed must be from 0.1 to 20, not {ratio}"));
+                }
+                if self.has_real_robot() && (ratio - 1.0).abs() > 1e-9 {
+                    return Err("a real robot's time cannot be hurried or slowed".to_owned());
+                }
+                self.speed_ratio = ratio;
+                self.pace_afresh();
+            }
+            Request::Restart { seed, mission } => self.restart(seed, mission.as_deref())?,
+            Request::Place { at_m: [x, y], size_m } => {
+                self.session.apply(Intervention::PlaceBox { at: Vec2::new(x, y), size_m })?;
+            }
+            Request::Remove { id } => {
+                self.session.apply(Intervention::RemoveThing { id })?;
+            }
+            Request::Goal { robot, pose: [x, y, yaw] } => {
+                if !(x.is_finite() && y.is_finite() && yaw.is_finite()) {
+                    return Err("a goal needs three finite numbers".to_owned());
+                }
+                self.session
+                    .apply(Intervention::SendGoal { robot, goal_in_map: Se2::new(x, y, yaw) })?;
+            }
+            Request::Stop { robot } => self.session.apply(Intervention::Stop { robot })?,
+            Request::Press { device } => {
+                self.session.apply(Intervention::PressButton { device })?;
+            }
+        }
+        Ok(())
+    }
+
+    fn has_real_robot(&self) -> bool {
+        self.session.run().mission().has_real_robot()
+    }
+
+    fn restart(&mut self, seed: Option<u64>, mission: Option<&str>) -> Result<(), String> {
+        if self.has_real_robot() {
+            let text = "a run with a real robot holds its line; end the program and start it again";
+            return Err(text.to_owned());
+        }
+        let mut show = self.show.clone();
+        if let Some(name) = mission {
+            // Only shipped names: a page must not make the program read files.
+            if !self.missions.iter().any(|known| known.name == name) {
+                return Err(format!("there is no mission `{name}`"));
+            }
+            let mission = Mission::load(name, &[]).map_err(|error| error.to_string())?;
+            let seed = mission.seed();
+            show = Show::Mission { mission: Box::new(mission), seed, record: None };
+        }
+        if let Show::Mission { seed: present, record, .. } = &mut show {
+            *present = seed.map_or(*present, RunSeed);
+            // The recording belongs to the first run; it is completed below.
+            *record = None;
+        }
+        let ended = std::mem::replace(&mut self.session, Session::start(&show)?);
+        let recorded = ended.finish();
+        self.run_number += 1;
+        match recorded {
+            Ok(path) => self.recorded = path.or(self.recorded.take()),
+            Err(text) => self.tell(&Refusal { text }),
+        }
+        self.show = show;
+        self.said.clear();
+        self.log.clear();
+        self.steps_due = 0.0;
+        self.verdict_seen = false;
+        self.playing = true;
+        self.pace_afresh();
+        self.greet();
+        Ok(())
+    }
+
+    /// Publishes the greeting of a new run.
+    fn greet(&mut self) {
+        let run = self.session.run_mut();
+        self.scene = run.scene();
+        // A crowd has no links to look at.
+        run.set_trace(convert::n_robots_in_full(&self.scene) == self.scene.robots.len());
+        self.edges = Edges::of(run);
+        let mission = run.mission();
+        let info = MissionInfo {
+            name: mission.name().to_owned(),
+            title: mission.title().to_owned(),
+            about: mission.about().to_owned(),
+            seed: run.seed().0,
+            duration_max_s: mission.duration_max().as_secs_f64(),
+            kind: if self.show.is_replay() { "replay" } else { "live" },
+        };
+        // Differs from every other run of this and of other programs on this port.
+        let run = format!("{}-{}", std::process::id(), self.run_number);
+        let hello = convert::hello(run, info, &self.missions, &self.scene);
+        self.outlets.hello.send_replace(self.told(&hello));
+        self.outlets.log.send_replace(self.told(&Log { items: Vec::new() }));
+    }
+
+    fn publish(&mut self) {
+        let trace = self.session.run_mut().drain_trace();
+        let newest = trace.len().saturating_sub(TRACE_ITEMS_MAX);
+        if !trace.is_empty() {
+            let items = trace[newest..].iter().map(convert::trace_item).collect();
+            self.tell(&Trace { items });
+        }
+        self.said.extend(self.session.run_mut().drain_log());
+        let items: Vec<_> = self.said.drain(..).map(|item| convert::log_item(&item)).collect();
+        if !items.is_empty() {
+            self.log.extend(items.iter().cloned());
+            let surplus = self.log.len().saturating_sub(LOG_ITEMS_KEPT);
+            self.log.drain(..surplus);
+            self.outlets.log.send_replace(self.told(&Log { items: self.log.clone() }));
+            self.tell(&Log { items });
+        }
+        let pace = Pace {
+            playing: self.playing,
+            speed_ratio: self.speed_ratio,
+            achieved_ratio: if self.playing { self.achieved_ratio } else { 0.0 },
+        };
+        let edges = self.edges.publish();
+        let state = convert::state(self.session.run(), &self.scene, pace, edges);
+        self.outlets.state.send_replace(self.told(&state));
+    }
+
+    /// Tells every page that listens; that none does is no error.
+    fn tell(&self, message: &impl Serialize) {
+        drop(self.outlets.news.send(self.told(message)));
+    }
+
+    /// A message of the present run. Our messages hold strings, finite numbers and lists only, which
+    /// always have a text.
+    fn told(&self, message: &impl Serialize) -> Told {
+        let text = serde_json::to_string(message).unwrap_or_default();
+        Told { run: self.run_number, text: text.into() }
+    }
+}

@@ -1,0 +1,331 @@
+//! The studio as its page meets it: a real server, real sockets, real runs.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use common::{Studio, live, record, step_of};
+use serde_json::{Value, json};
+
+#[test]
+fn a_page_is_greeted_told_the_log_and_shown_states() {
+    let studio = Studio::of("doorbell", 1.0);
+    let mut page = studio.page();
+    let hello = page.next();
+    assert_eq!((&hello["type"], &hello["protocol"]), (&json!("hello"), &json!(1)));
+    assert_eq!(
+        (&hello["mission"]["name"], &hello["mission"]["kind"]),
+        (&json!("doorbell"), &json!("live"))
+    );
+    assert!(hello["missions"].as_array().unwrap().len() > 3);
+    assert_eq!(page.next()["type"], "log");
+    let first = page.state(|_| true);
+    assert_eq!((&first["playing"], &first["robots"][0]["id"]), (&json!(true), &json!(0)));
+    page.state(|s| step_of(s) > step_of(&first) + 20);
+}
+
+#[test]
+fn pause_holds_time_and_step_takes_one_control_period() {
+    let studio = Studio::of("doorbell", 1.0);
+    let mut page = studio.page();
+    let held = page.pause();
+    assert_eq!(held["achieved_ratio"], 0.0);
+    let stepped = page.step(&held);
+    assert_eq!((step_of(&stepped), &stepped["playing"]), (step_of(&held) + 20, &json!(false)));
+    page.send(&json!({"type": "play"}));
+    page.state(|s| s["playing"] == true && step_of(s) > step_of(&stepped));
+}
+
+#[test]
+fn the_speed_is_taken_within_its_range_only() {
+    let studio = Studio::of("doorbell", 1.0);
+    let mut page = studio.page();
+    page.pause();
+    for ratio in [0.1, 4.0, 20.0] {
+        page.send(&json!({"type": "speed", "ratio": ratio}));
+        page.state(|s| s["speed_ratio"] == ratio);
+    }
+    for ratio in [0.0, 20.5, -1.0] {
+        page.send(&json!({"type": "speed", "ratio": ratio}));
+        assert!(page.error().contains("from 0.1 to 20"));
+    }
+    page.send(&json!({"type": "pause"}));
+    page.state(|s| s["speed_ratio"] == 20.0);
+}
+
+#[test]
+fn a_pressed_bell_reaches_the_program() {
+    let studio = Studio::of("doorbell", 1.0);
+    let mut page = studio.page();
+    let held = page.pause();
+    page.send(&json!({"type": "press", "device": "bell"}));
+    let after = page.step(&held);
+    let bell = after["devices"].as_array().unwrap().iter().find(|d| d["name"] == "bell").unwrap();
+    assert_eq!(bell["on"], true);
+    assert_eq!(after["decision"]["resources"]["I0"].as_u64().unwrap() & 1, 1);
+    let edges = after["decision"]["edges"].as_array().unwrap();
+    assert!(edges.iter().any(|edge| edge[1] == "I0" && edge[2] == true), "{edges:?}");
+    page.send(&json!({"type": "press", "device": "gong"}));
+    assert!(page.error().contains("gong"));
+}
+
+#[test]
+fn a_box_can_be_put_down_and_taken_away_while_time_stands_still() {
+    let studio = Studio::of("doorbell", 1.0);
+    let mut page = studio.page();
+    let n_boxes = |s: &Value| s["things"].as_array().unwrap().len();
+    assert_eq!(n_boxes(&page.pause()), 0);
+    page.send(&json!({"type": "place", "at_m": [2.3, 0.0], "size_m": 0.4}));
+    let with_box = page.state(|s| n_boxes(s) == 1);
+    let thing = &with_box["things"][0];
+    assert_eq!((&thing["kind"], &thing["removable"]), (&json!("box"), &json!(true)));
+    let corners = thing["corners_m"].as_array().unwrap();
+    let mean = |axis: usize| corners.iter().map(|c| c[axis].as_f64().unwrap()).sum::<f64>() / 4.0;
+    assert!((mean(0) - 2.3).abs() < 1e-3 && mean(1).abs() < 1e-3, "{corners:?}");
+    for id in [999, 0] {
+        page.send(&json!({"type": "remove", "id": id}));
+        assert!(!page.error().is_empty(), "furniture and what is not there stay");
+    }
+    page.send(&json!({"type": "remove", "id": thing["id"]}));
+    page.state(|s| n_boxes(s) == 0);
+}
+
+#[test]
+fn a_goal_reaches_the_robot_and_stop_stops_it() {
+    let studio = Studio::of("one-obstacle", 10.0);
+    let mut page = studio.page();
+    page.send(&json!({"type": "goal", "robot": 0, "pose": [1.0, 0.5, 0.3]}));
+    page.state(|s| {
+        let at = |i: usize| s["robots"][0]["goal"][i].as_f64().unwrap_or(9.0);
+        (at(0) - 1.0).abs() < 2e-3 && (at(1) - 0.5).abs() < 2e-3
+    });
+    page.send(&json!({"type": "stop", "robot": 0}));
+    page.state(|s| s["robots"][0]["phase"] == "idle");
+    page.send(&json!({"type": "stop", "robot": 7}));
+    assert!(page.error().contains('7'));
+}
+
+#[test]
+fn a_restart_takes_seed_and_mission_and_forgets_the_old_run() {
+    let studio = Studio::of("doorbell", 20.0);
+    let mut page = studio.page();
+    let first = page.until("hello", |_| true);
+    page.state(|s| step_of(s) > 300);
+    page.pause();
+    page.send(&json!({"type": "restart", "seed": 7, "mission": null}));
+    let second = page.until("hello", |_| true);
+    assert_eq!(
+        (&second["mission"]["seed"], &second["mission"]["name"]),
+        (&json!(7), &json!("doorbell"))
+    );
+    assert_ne!(first["run"], second["run"]);
+    let state = page.state(|_| true);
+    assert!(step_of(&state) < 300 && state["playing"] == true, "{state}");
+    page.send(&json!({"type": "restart", "seed": null, "mission": "trail-45deg"}));
+    assert_eq!(page.until("hello", |_| true)["mission"]["name"], "trail-45deg");
+    for name in ["nowhere", "../../missions/doorbell.toml", "/etc/passwd"] {
+        page.send(&json!({"type": "restart", "seed": null, "mission": name}));
+        assert!(page.error().contains("no mission"), "only shipped names are read");
+    }
+}
+
+#[test]
+fn a_bad_message_is_answered_and_the_connection_stays() {
+    let studio = Studio::of("doorbell", 1.0);
+    let mut page = studio.page();
+    for text in
+        ["", "play", "{}", r#"{"type":"fly"}"#, r#"{"type":"speed","ratio":"fast"}"#, "[1,2"]
+    {
+        page.send_text(text);
+        assert!(page.error().contains("not understood"), "{text}");
+    }
+    page.pause();
+}
+
+#[test]
+fn foreign_origins_and_hosts_are_turned_away() {
+    let studio = Studio::of("decision-rig", 1.0);
+    let (own, port) = (studio.address.to_string(), studio.address.port());
+    for origin in [
+        "http://example.org",
+        "null",
+        &format!("https://{own}"),
+        &format!("http://127.0.0.1:{}", port ^ 1),
+    ] {
+        assert_eq!(studio.page_as(origin, &own).unwrap_err(), 403, "{origin}");
+    }
+    let foreign = format!("rebound.example.org:{port}");
+    assert_eq!(studio.page_as(&format!("http://{foreign}"), &foreign).unwrap_err(), 403);
+    for path in ["/", "/api/missions", "/assets/studio.js"] {
+        assert!(studio.get(path, &foreign).0.contains("403"), "{path}");
+    }
+    let local = format!("localhost:{port}");
+    assert!(studio.page_as(&format!("http://{local}"), &local).is_ok());
+}
+
+#[test]
+fn files_come_with_their_types_and_a_content_policy() {
+    let studio = Studio::of("decision-rig", 1.0);
+    let own = studio.address.to_string();
+    for (path, kind) in [
+        ("/", "text/html"),
+        ("/assets/studio.js", "text/javascript"),
+        ("/assets/studio.css", "text/css"),
+        ("/assets/favicon.svg", "image/svg+xml"),
+        ("/assets/third-party.txt", "text/plain"),
+        ("/api/missions", "application/json"),
+        ("/healthz", "text/plain"),
+    ] {
+        let (status, headers, body) = studio.get(path, &own);
+        assert!(status.contains("200") && !body.is_empty(), "{path}: {status}");
+        assert!(headers.contains(&format!("content-type: {kind}")), "{path}: {headers}");
+        assert!(headers.contains("content-security-policy: default-src 'self'"), "{path}");
+        assert!(headers.contains("x-content-type-options: nosniff"), "{path}");
+    }
+    for path in ["/assets/", "/assets/../Cargo.toml", "/assets/nothing.js", "/etc/passwd"] {
+        assert!(studio.get(path, &own).0.contains("404"), "{path}");
+    }
+}
+
+#[test]
+fn the_verdict_arrives_and_time_stands_still_at_it() {
+    let studio = Studio::of("decision-rig", 20.0);
+    let mut page = studio.page();
+    let end = page.state(|s| !s["verdict"].is_null());
+    assert_eq!((&end["verdict"]["passed"], &end["playing"]), (&json!(true), &json!(false)));
+    assert!(!end["verdict"]["checks"].as_array().unwrap().is_empty());
+    page.send(&json!({"type": "play"}));
+    let on = page.state(|s| step_of(s) > step_of(&end) + 50);
+    assert_eq!(on["playing"], true, "whoever plays on may watch what happens next");
+}
+
+#[test]
+fn pulses_shorter_than_a_state_are_told_at_twenty_times() {
+    let studio = Studio::of("decision-rig", 20.0);
+    let mut page = studio.page();
+    let mut seen = Vec::new();
+    loop {
+        let state = page.state(|_| true);
+        for edge in state["decision"]["edges"].as_array().unwrap() {
+            if edge[1] == "I0" && !seen.contains(edge) {
+                seen.push(edge.clone());
+            }
+        }
+        if !state["verdict"].is_null() {
+            break;
+        }
+    }
+    let levels: Vec<bool> = seen.iter().map(|edge| edge[2].as_bool().unwrap()).collect();
+    assert_eq!(levels, [true, false], "{seen:?}");
+    let lasted_s = seen[1][0].as_f64().unwrap() - seen[0][0].as_f64().unwrap();
+    assert!((lasted_s - 0.5).abs() < 0.02, "the bell is pressed for half a second, not {lasted_s}");
+}
+
+#[test]
+fn a_page_that_comes_late_hears_the_log_so_far() {
+    let studio = Studio::of("decision-rig", 20.0);
+    studio.page().state(|s| !s["verdict"].is_null());
+    let mut late = studio.page();
+    assert_eq!(late.next()["type"], "hello");
+    let log = late.next();
+    let passed = |item: &Value| {
+        item["level"] == "good" && item["text"].as_str().unwrap().starts_with("passed")
+    };
+    assert!(log["items"].as_array().unwrap().iter().any(passed), "{log}");
+    assert!(!late.next()["verdict"].is_null(), "and the state comes at once");
+}
+
+#[test]
+fn two_pages_see_the_same_run() {
+    let studio = Studio::of("doorbell", 1.0);
+    let (mut one, mut other) = (studio.page(), studio.page());
+    other.state(|s| s["playing"] == true);
+    let held = one.pause();
+    assert_eq!(other.state(|s| s["playing"] == false)["step"], held["step"]);
+    let stepped = other.step(&held);
+    assert_eq!(one.state(|s| step_of(s) > step_of(&held))["step"], stepped["step"]);
+}
+
+/// Twelve megabytes that nobody takes: the socket's buffers are full long before the end.
+#[test]
+fn a_page_that_does_not_read_holds_up_nobody() {
+    let studio = Studio::of("swarm", 1.0);
+    let lazy = studio.page();
+    let mut page = studio.page();
+    let held = page.pause();
+    let mut n_bytes = 0;
+    for i in 1.. {
+        let ratio = 0.5 + f64::from(i % 64) / 64.0;
+        page.send(&json!({"type": "speed", "ratio": ratio}));
+        n_bytes += page.state(|s| s["speed_ratio"] == ratio).to_string().len();
+        if n_bytes > 12_000_000 {
+            break;
+        }
+    }
+    drop(lazy);
+    page.step(&held);
+}
+
+#[test]
+fn a_replay_plays_and_refuses_to_be_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rig.mcap");
+    record("decision-rig", &path);
+    let studio = Studio::start(studio::Show::Replay(path), 20.0);
+    let mut page = studio.page();
+    assert_eq!(page.until("hello", |_| true)["mission"]["kind"], "replay");
+    for request in [
+        json!({"type": "place", "at_m": [0.0, 0.0], "size_m": 0.4}),
+        json!({"type": "press", "device": "bell"}),
+        json!({"type": "goal", "robot": 0, "pose": [0.0, 0.0, 0.0]}),
+        json!({"type": "stop", "robot": 0}),
+        json!({"type": "remove", "id": 1}),
+    ] {
+        page.send(&request);
+        assert!(page.error().contains("replay"), "{request}");
+    }
+    let end = page.state(|s| !s["verdict"].is_null());
+    assert_eq!(end["verdict"]["passed"], true);
+}
+
+#[test]
+fn a_recording_is_completed_when_the_studio_ends() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("live.mcap");
+    let studio = Studio::start(live("decision-rig", Some(path.clone())), 20.0);
+    let mut page = studio.page();
+    page.send(&json!({"type": "press", "device": "bell"}));
+    page.state(|s| !s["verdict"].is_null());
+    let address = studio.address;
+    assert_eq!(studio.stop(), Some(path.clone()));
+    assert!(std::net::TcpStream::connect(address).is_err(), "the port is free again");
+    let report = missions::Replay::open(&path).unwrap().run_to_end();
+    assert!(report.is_identical() && report.truncation.is_none(), "{report:?}");
+}
+
+#[test]
+fn a_recording_ends_with_its_run_and_a_restart_keeps_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("first.mcap");
+    let studio = Studio::start(live("decision-rig", Some(path.clone())), 20.0);
+    let mut page = studio.page();
+    let first = page.until("hello", |_| true);
+    page.state(|s| step_of(s) > 100);
+    page.send(&json!({"type": "restart", "seed": null, "mission": null}));
+    page.until("hello", |h| h["run"] != first["run"]);
+    page.state(|s| step_of(s) > 10);
+    assert_eq!(studio.stop(), Some(path), "the first run's recording");
+}
+
+/// A thousand robots: few and small states.
+#[test]
+fn a_crowd_is_told_ten_times_a_second_in_brief() {
+    let studio = Studio::of("swarm", 1.0);
+    let mut page = studio.page();
+    let hello = page.until("hello", |_| true);
+    assert_eq!(hello["crowd"]["n_robots"], 999);
+    let first = page.state(|s| step_of(s) > 0);
+    assert_eq!(first["crowd"].as_array().unwrap().len(), 999);
+    assert!(first.to_string().len() < 60_000);
+    page.state(|s| step_of(s) > step_of(&first));
+}

@@ -1,0 +1,1 @@
+"use strict";(()=>{var e=null;try{e=JSON.parse(localStorage.getItem("cairn.theme")??"null")}catch{}var t=window.matchMedia("(prefers-color-scheme: dark)").matches?"dark":"light";document.documentElement.dataset.theme=e==="dark"||e==="light"?e:t;})();

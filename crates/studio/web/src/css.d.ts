@@ -1,0 +1,3 @@
+// Style sheets are imported for their effect: esbuild gathers them into studio.css.
+
+declare module "*.css";

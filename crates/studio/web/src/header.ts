@@ -1,0 +1,77 @@
+// The top of the page: name, mission chooser, what kind of run, verdict, connection, theme, help.
+
+import { h, setText } from "./dom";
+import { icon, swapIcon } from "./icons";
+import type { Store } from "./state";
+import { currentTheme, onThemeChange, toggleTheme } from "./theme";
+
+export interface HeaderEvents {
+  chooseMission(name: string): void;
+  showVerdict(): void;
+  showHelp(): void;
+}
+
+export class Header {
+  private readonly mission = h("select", { class: "field mission", "aria-label": "Mission", disabled: true });
+  private readonly about = h("p", { class: "about" });
+  private readonly kind = h("span", { class: "pill warn", hidden: true, title: "A recording: it can be watched, not changed" }, "Replay");
+  private readonly verdict = h("button", { class: "pill", type: "button", hidden: true });
+  private readonly connection = h("span", { class: "pill", role: "status" }, "Connecting…");
+  private readonly theme = h("button", { class: "button bare square", type: "button" }, icon("moon"));
+
+  constructor(holder: HTMLElement, private readonly store: Store, events: HeaderEvents) {
+    const help = h("button", { class: "button bare square", type: "button", "aria-label": "Shortcuts and about", title: "Shortcuts and about (?)", onclick: events.showHelp }, icon("help"));
+    holder.append(
+      h("h1", { class: "brand" }, h("img", { src: "/assets/favicon.svg", alt: "", width: 28, height: 28 }), "Cairn"),
+      this.mission, this.about,
+      h("div", { class: "tail" }, this.kind, this.verdict, this.connection, this.theme, help),
+    );
+    this.mission.addEventListener("change", () => events.chooseMission(this.mission.value));
+    this.verdict.addEventListener("click", events.showVerdict);
+    this.theme.addEventListener("click", toggleTheme);
+    onThemeChange(() => this.refreshTheme());
+    this.refreshTheme();
+    store.on("hello", () => this.onHello());
+    store.on("state", () => this.onState());
+    store.on("reset", () => (this.verdict.hidden = true));
+    store.on("connection", () => this.onConnection());
+    window.setInterval(() => this.onConnection(), 1000);
+  }
+
+  private refreshTheme(): void {
+    const title = currentTheme() === "dark" ? "Light theme (T)" : "Dark theme (T)";
+    swapIcon(this.theme, currentTheme() === "dark" ? "sun" : "moon");
+    this.theme.title = title;
+    this.theme.setAttribute("aria-label", title.replace(/ \(.*/, ""));
+  }
+
+  private onHello(): void {
+    const hello = this.store.hello;
+    if (!hello) return;
+    const { mission, missions } = hello;
+    const choices = missions.some(({ name }) => name === mission.name) ? missions : [{ name: mission.name, title: mission.title }, ...missions];
+    this.mission.replaceChildren(...choices.map(({ name, title }) => h("option", { value: name }, title)));
+    this.mission.value = mission.name;
+    this.mission.disabled = mission.kind === "replay";
+    setText(this.about, mission.about);
+    this.about.title = mission.about;
+    this.kind.hidden = mission.kind !== "replay";
+    document.title = `${mission.title} – Cairn studio`;
+  }
+
+  private onState(): void {
+    const verdict = this.store.state?.verdict ?? null;
+    this.verdict.hidden = verdict === null;
+    if (!verdict) return;
+    this.verdict.className = `pill ${verdict.passed ? "good" : "bad"}`;
+    this.verdict.title = `${verdict.text} – show the checks`;
+    setText(this.verdict, verdict.passed ? "Passed" : "Failed");
+  }
+
+  private onConnection(): void {
+    const { connection } = this.store;
+    const tone = connection.phase === "open" ? "good" : connection.phase === "lost" ? "bad" : "";
+    this.connection.className = `pill ${tone}`;
+    setText(this.connection, connection.phase === "open" ? "Connected" : connection.phase === "lost" ? "Disconnected" : "Connecting…");
+  }
+}

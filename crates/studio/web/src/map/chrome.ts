@@ -1,0 +1,195 @@
+// The controls around the map: tool bar with devices above, view buttons and read-out at its foot.
+
+import { h, setText } from "../dom";
+import { coordinate } from "../format";
+import { icon, type IconName } from "../icons";
+import type { CrowdRobot, Device } from "../protocol";
+import type { Store } from "../state";
+import { scaleBar } from "./camera";
+import { countCrowd } from "./crowd";
+import { DEVICE_ICONS, isOn } from "./devices";
+import { layersMenu } from "./layers";
+import type { MapView } from "./map";
+import type { ToolName } from "./tools";
+
+const TOOLS: readonly { name: ToolName; icon: IconName; title: string; key: string; hint: string }[] = [
+  { name: "select", icon: "pan", title: "Select and pan", key: "V", hint: "" },
+  { name: "place", icon: "box", title: "Place a box", key: "B", hint: "Click to put a box of 0.4 m on the floor. Esc ends." },
+  { name: "remove", icon: "remove", title: "Remove a box", key: "X", hint: "Click a box to take it away. Esc ends." },
+  { name: "goal", icon: "goal", title: "Send the robot to a goal", key: "G", hint: "Press where the robot should go and drag towards its final heading. Esc ends." },
+];
+
+const CROWD_WORDS = [
+  { key: "under_way", word: "under way" },
+  { key: "arrived", word: "arrived" },
+  { key: "touching", word: "touching" },
+] as const;
+
+const SCALE_BAR_MAX_PX = 110;
+
+export class MapChrome {
+  readonly bar = h("div", { class: "map-bar", role: "toolbar", "aria-label": "Map tools and devices" });
+  private readonly toolButtons = new Map<ToolName, HTMLButtonElement>();
+  private readonly stop = h("button", { class: "button square stop", type: "button", "aria-label": "Stop the robot", title: "Stop the robot (S)" }, icon("stop"));
+  private readonly devices = h("div", { class: "devices", role: "group", "aria-label": "Devices" });
+  private readonly deviceElements = new Map<string, HTMLElement>();
+  private readonly hint = h("p", { class: "hint", role: "status", hidden: true });
+  private readonly followButton: HTMLButtonElement;
+  private readonly layersButton: HTMLButtonElement;
+  private readonly layers: HTMLElement;
+  private readonly scale = h("div", { class: "bar" });
+  private readonly scaleLabel = h("span");
+  private readonly at = h("span", { class: "readout at", hidden: true });
+  private readonly legend = h("div", { class: "legend", hidden: true });
+  private readonly legendPeak = h("span");
+  private readonly crowd = h("div", { class: "crowd", hidden: true });
+
+  constructor(
+    view: HTMLElement,
+    private readonly map: MapView,
+    private readonly store: Store,
+    private readonly actions: { press(device: string): void; stop(): void },
+  ) {
+    const tools = h("div", { class: "tools", role: "group", "aria-label": "Tool" });
+    for (const tool of TOOLS) {
+      const button = h("button", { class: "button square", type: "button", "aria-pressed": tool.name === "select", "data-tool": tool.name, "aria-label": tool.title, title: `${tool.title} (${tool.key})`, onclick: () => map.tools.choose(tool.name) }, icon(tool.icon));
+      this.toolButtons.set(tool.name, button);
+      tools.append(button);
+    }
+    this.bar.append(tools, this.stop, h("div", { class: "rule" }), this.devices);
+    this.stop.addEventListener("click", () => this.actions.stop());
+
+    this.followButton = this.viewButton("follow", "Follow the robot (C)", () => map.setFollow(!map.follow));
+    this.followButton.setAttribute("aria-pressed", "false");
+    this.layersButton = this.viewButton("layers", "Layers (L)", () => this.toggleLayers());
+    this.layersButton.setAttribute("aria-expanded", "false");
+    this.layersButton.setAttribute("aria-controls", "layers-menu");
+    this.layers = layersMenu(map.layers, () => {
+      map.sceneChanged();
+      this.refreshLegend();
+    });
+    this.legend.append(h("span", {}, "Pheromone intensity"), h("div", { class: "ramp" }), h("div", { class: "ends" }, h("span", {}, "0"), this.legendPeak));
+    view.append(
+      h("div", { class: "readouts" }, h("div", { class: "readout" }, h("div", { class: "scale" }, this.scaleLabel, this.scale), this.legend, this.crowd), this.at),
+      h("div", { class: "float view-tools", role: "toolbar", "aria-label": "View" },
+        this.viewButton("minus", "Zoom out (−)", () => map.zoom(1 / 1.3)),
+        this.viewButton("plus", "Zoom in (+)", () => map.zoom(1.3)),
+        this.viewButton("fit", "Fit the house (F)", () => map.fit()),
+        this.followButton, this.layersButton),
+      this.layers, this.hint,
+    );
+    document.addEventListener("pointerdown", (event) => {
+      const inside = event.target instanceof Element && event.target.closest("#layers-menu, [aria-controls=layers-menu]");
+      if (!inside && !this.layers.hidden) this.toggleLayers();
+    });
+    store.on("hello", () => this.onHello());
+    store.on("state", () => this.onState());
+    store.on("connection", () => this.onState());
+  }
+
+  toggleLayers(): void {
+    this.layers.hidden = !this.layers.hidden;
+    this.layersButton.setAttribute("aria-expanded", String(!this.layers.hidden));
+    if (!this.layers.hidden) this.layers.querySelector("input")?.focus();
+    else if (this.layers.contains(document.activeElement)) this.layersButton.focus();
+  }
+
+  /** True when Escape had a menu to close. */
+  closeMenus(): boolean {
+    if (this.layers.hidden) return false;
+    this.toggleLayers();
+    this.layersButton.focus();
+    return true;
+  }
+
+  showTool(tool: ToolName): void {
+    for (const [name, button] of this.toolButtons) button.setAttribute("aria-pressed", String(name === tool));
+    const hint = TOOLS.find(({ name }) => name === tool)?.hint ?? "";
+    this.hint.hidden = hint === "";
+    setText(this.hint, hint);
+  }
+
+  showFollow(follow: boolean): void {
+    this.followButton.setAttribute("aria-pressed", String(follow));
+  }
+
+  refreshReadout(): void {
+    const { label, length_px } = scaleBar(this.map.camera.scale_pxpm, SCALE_BAR_MAX_PX);
+    this.scale.style.width = `${length_px.toFixed(1)}px`;
+    setText(this.scaleLabel, label);
+    const cursor = this.map.tools.cursor_m;
+    this.at.hidden = cursor === null;
+    setText(this.at, cursor ? `${coordinate(cursor[0])}, ${coordinate(cursor[1])} m` : "");
+  }
+
+  private onHello(): void {
+    this.devices.replaceChildren();
+    this.deviceElements.clear();
+    const all = this.store.hello?.world.devices ?? [];
+    // What can be pressed comes first.
+    for (const device of [...all].sort((a, b) => Number(b.kind === "button") - Number(a.kind === "button"))) {
+      const element = this.deviceElement(device);
+      this.deviceElements.set(device.name, element);
+      this.devices.append(element);
+    }
+    this.refreshLegend();
+    this.refreshReadout();
+    this.onState();
+  }
+
+  private deviceElement(device: Device): HTMLElement {
+    const point = device.input !== null ? `I${device.input}` : device.output !== null ? `O${device.output}` : "";
+    const glyph = icon(DEVICE_ICONS[device.kind]);
+    const tag = h("span", { class: "point" }, point);
+    if (device.kind === "button") {
+      const title = `Press: ${device.label}${point ? ` (input ${point})` : ""}`;
+      return h("button", { class: "device", type: "button", "data-device": device.name, title, onclick: () => this.actions.press(device.name) }, glyph, pressLabel(device), tag);
+    }
+    const meaning = device.input !== null ? `input ${point}` : point ? `output ${point}` : "not wired";
+    return h("span", { class: "device", role: "img", "data-device": device.name, title: `${device.label}, ${meaning}` }, glyph, tag);
+  }
+
+  /** How many of a crowd do what; the words have the colours of the dots. */
+  private refreshCrowd(): void {
+    const crowd = this.store.hello?.crowd ? (this.store.state?.crowd ?? []) : [];
+    this.crowd.hidden = crowd.length === 0;
+    if (this.crowd.hidden) return;
+    // The first robot is told in full, but it is one of them.
+    const first = (this.store.state?.robots ?? []).map(({ touching, phase }): CrowdRobot => [0, 0, 0, touching ? 1 : phase === "arrived" ? 2 : 0]);
+    const counts = countCrowd([...first, ...crowd]);
+    const text = `${counts.under_way} under way · ${counts.arrived} arrived · ${counts.touching} touching`;
+    if (this.crowd.dataset["text"] === text) return;
+    this.crowd.dataset["text"] = text;
+    this.crowd.replaceChildren(...CROWD_WORDS.map(({ key, word }) => h("span", { class: `crowd-${key}` }, `${counts[key]} ${word}`)));
+  }
+
+  private onState(): void {
+    const { state, hello, canIntervene } = this.store;
+    this.refreshCrowd();
+    for (const device of hello?.world.devices ?? []) {
+      const element = this.deviceElements.get(device.name);
+      if (!element) continue;
+      const on = isOn(state, device.name);
+      element.classList.toggle("on", on);
+      if (element instanceof HTMLButtonElement) element.disabled = !canIntervene;
+      else element.setAttribute("aria-label", `${device.label}: ${on ? "on" : "off"}`);
+    }
+    this.stop.disabled = !canIntervene;
+    for (const [name, button] of this.toolButtons) button.disabled = name !== "select" && !canIntervene;
+  }
+
+  private refreshLegend(): void {
+    const { field, layers } = this.map;
+    this.legend.hidden = !field || field.peak === 0 || !layers.pheromones;
+    if (field) setText(this.legendPeak, field.peak.toFixed(field.peak < 10 ? 1 : 0));
+  }
+
+  private viewButton(name: IconName, title: string, act: () => void): HTMLButtonElement {
+    return h("button", { class: "button square", type: "button", "aria-label": title.replace(/ \(.*\)$/, ""), title, onclick: act }, icon(name));
+  }
+}
+
+function pressLabel(device: Device): string {
+  const name = device.label.charAt(0).toLowerCase() + device.label.slice(1);
+  return /bell/i.test(name) ? `Ring the ${name}` : `Press ${name}`;
+}

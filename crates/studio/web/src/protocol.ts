@@ -1,0 +1,292 @@
+// The studio protocol, version 1: every message that passes between the program and this page.
+//
+// One JSON object per WebSocket text frame, "type" first. Coordinates are in the map frame: metres,
+// x to the right, y up; yaw in radians, counter-clockwise. Units are part of the names.
+
+/** The version this page speaks; a server with another one gets a warning, not a crash. */
+export const PROTOCOL_VERSION = 1;
+
+/** [x_m, y_m] */
+export type Point = [number, number];
+/** [x_m, y_m, yaw_rad] */
+export type Pose = [number, number, number];
+
+// ---- server → client ----------------------------------------------------------------------------
+
+/** Everything that does not change from state to state. Sent at connection, restart, scene change. */
+export interface Hello {
+  type: "hello";
+  protocol: number;
+  /** Version of the program, for the about line. */
+  cairn: string;
+  /** Names this run: when it changes, what the page knew belongs to another run. */
+  run?: string;
+  mission: MissionInfo;
+  /** What the mission chooser offers. */
+  missions: MissionChoice[];
+  world: WorldScene;
+  robots: RobotInfo[];
+  /** Robots beyond those, when there are too many to tell everything of each. */
+  crowd?: CrowdInfo | null;
+  pheromones: PheromoneField | null;
+  planned_path_m: Point[];
+  program: ProgramInfo | null;
+  links: LinkInfo[];
+}
+
+export interface MissionInfo {
+  name: string;
+  title: string;
+  about: string;
+  seed: number;
+  duration_max_s: number;
+  /** A replay shows a recording: it can be played, but nobody can intervene. */
+  kind: "live" | "replay";
+}
+
+export interface MissionChoice {
+  name: string;
+  title: string;
+}
+
+export interface WorldScene {
+  /** [x0, y0, x1, y1] */
+  bounds_m: [number, number, number, number];
+  /** [x0, y0, x1, y1, material] */
+  walls: [number, number, number, number, string][];
+  points: Point[];
+  things: Thing[];
+  rooms: { name: string; at_m: Point }[];
+  devices: Device[];
+}
+
+export interface Thing {
+  id: number;
+  name: string;
+  kind: "furniture" | "box" | "door";
+  material: string;
+  corners_m: Point[];
+  removable: boolean;
+}
+
+export interface Device {
+  name: string;
+  label: string;
+  kind: "button" | "motion" | "latch" | "lamp";
+  at_m: Point;
+  /** The zone a detector watches. */
+  area_m: Point[] | null;
+  /** Number n of the input I<n> it drives. */
+  input: number | null;
+  /** Number n of the output O<n> that drives it. */
+  output: number | null;
+}
+
+export interface RobotInfo {
+  id: number;
+  name: string;
+  model: string;
+  /** In the robot's own frame: x forward, y left. */
+  footprint_m: Point[];
+  sonars: SonarInfo[];
+  start: Pose;
+}
+
+export interface CrowdInfo {
+  /** Number of the crowd's first robot. */
+  first_id: number;
+  n_robots: number;
+  footprint_m: Point[];
+}
+
+/** [x_m, y_m, yaw_rad, mark]: 1 in the mark is "touches something", 2 "has arrived". */
+export type CrowdRobot = [number, number, number, number];
+
+export interface SonarInfo {
+  /** Where the sonar sits on the robot. */
+  at: Pose;
+  half_angle_rad: number;
+  range_max_m: number;
+}
+
+export interface PheromoneField {
+  cell_m: number;
+  width: number;
+  height: number;
+  /** Lower-left corner of cell (0, 0). */
+  origin_m: Point;
+  /** [column, row, value] of the cells that are not empty. */
+  values: [number, number, number][];
+  sigma_m: number;
+  antenna_spacing_m: number;
+}
+
+export interface ProgramInfo {
+  source: string;
+  mode: string;
+  functions: ProgramFunction[];
+}
+
+export interface ProgramFunction {
+  /** First line is 1. */
+  line: number;
+  mnemonic: string;
+  operands: Operand[];
+}
+
+export interface Operand {
+  text: string;
+  /** Name of the resource in `DecisionState.resources`; null for an immediate. */
+  resource: string | null;
+  /** First column is 1. */
+  column: number;
+  length: number;
+}
+
+export interface LinkInfo {
+  id: number;
+  name: string;
+  ends: [string, string];
+  baud: number | null;
+}
+
+/** What has just happened in the world, 30 a second while playing and once after each change. */
+export interface State {
+  type: "state";
+  t_s: number;
+  step: number;
+  playing: boolean;
+  /** Asked for by the user. */
+  speed_ratio: number;
+  /** What the computer managed. */
+  achieved_ratio: number;
+  verdict: Verdict | null;
+  robots: RobotState[];
+  /** The robots of `hello.crowd`, in order; left out when there are none. */
+  crowd?: CrowdRobot[];
+  people: Person[];
+  /** Only things that are not in the hello; the full list each time. */
+  things: Thing[];
+  devices: { name: string; on: boolean }[];
+  decision: DecisionState | null;
+  /** Figures so far; each name ends in its unit. */
+  figures: Record<string, number | null>;
+}
+
+export interface Verdict {
+  passed: boolean;
+  text: string;
+  checks: { name: string; passed: boolean; text: string }[];
+}
+
+export interface RobotState {
+  id: number;
+  truth: Pose;
+  estimate: Pose;
+  /** [semi_major_m, semi_minor_m, yaw_rad] */
+  ellipse: [number, number, number];
+  /** [left, right] */
+  wheels_mps: [number, number];
+  sonar_m: number[];
+  /** Limit per sonar below which the avoider takes over; empty when there is none. */
+  bubble_m: number[];
+  phase: string;
+  avoider: { state: number; name: string };
+  goal: Pose | null;
+  /** Allowed distance from the goal, when the server says it. */
+  goal_tolerance_m?: number;
+  /** Detour target of the avoider. */
+  target: Point | null;
+  /** What the scout has seen of the trail ahead. */
+  preview_m: Point[];
+  /** [left, right] antenna */
+  intensities: [number, number] | null;
+  cross_track_m: number | null;
+  stalled: boolean;
+  touching: boolean;
+  clearance_m: number;
+  battery_v: number;
+}
+
+export interface Person {
+  name: string;
+  at: Pose;
+  radius_m: number;
+}
+
+export interface DecisionState {
+  scans: number;
+  /** History byte per resource the program names; least significant bit is now. */
+  resources: Record<string, number>;
+  timers: { index: number; remaining_s: number; total_s: number; on: boolean }[];
+  run: boolean;
+  /**
+   * Optional: [t_s, resource, high], the latest changes of boolean resources, oldest first; a change is
+   * told in several states, in case one is missed. Without it pulses shorter than the time between two
+   * states are seen by luck only.
+   */
+  edges?: [number, string, boolean][];
+}
+
+export interface Trace {
+  type: "trace";
+  items: TraceItem[];
+}
+
+export interface TraceItem {
+  t_s: number;
+  link: number;
+  /** The end that receives it. */
+  to: string;
+  hex: string;
+  text: string;
+}
+
+export type LogLevel = "info" | "warn" | "good" | "bad";
+
+export interface Log {
+  type: "log";
+  items: LogItem[];
+}
+
+export interface LogItem {
+  t_s: number;
+  level: LogLevel;
+  text: string;
+}
+
+/** The answer to a request that cannot be done; the connection stays. */
+export interface ServerError {
+  type: "error";
+  text: string;
+}
+
+export type ServerMessage = Hello | State | Trace | Log | ServerError;
+
+// ---- client → server ----------------------------------------------------------------------------
+
+export type ClientMessage =
+  | { type: "play" }
+  | { type: "pause" }
+  | { type: "step" }
+  | { type: "speed"; ratio: number }
+  | { type: "restart"; seed: number | null; mission: string | null }
+  | { type: "place"; at_m: Point; size_m: number }
+  | { type: "remove"; id: number }
+  | { type: "goal"; robot: number; pose: Pose }
+  | { type: "press"; device: string }
+  | { type: "stop"; robot: number };
+
+const SERVER_TYPES = ["hello", "state", "trace", "log", "error"];
+
+/** Reads one frame; null when it is not a message this page knows (a newer server may send such). */
+export function parseServerMessage(frame: string): ServerMessage | null {
+  let value: unknown;
+  try {
+    value = JSON.parse(frame);
+  } catch {
+    return null;
+  }
+  if (typeof value !== "object" || value === null || !("type" in value)) return null;
+  return SERVER_TYPES.includes(String(value.type)) ? (value as ServerMessage) : null;
+}

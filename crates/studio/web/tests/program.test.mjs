@@ -1,0 +1,159 @@
+// The page against the real program: `CAIRN_BIN=/path/to/cairn npm test`. Skipped without it.
+
+import assert from "node:assert/strict";
+import { execFileSync, spawn } from "node:child_process";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { eventually, launch, noBrowser, open, untilTime } from "./browser.mjs";
+
+const program = process.env.CAIRN_BIN;
+const skip = noBrowser || (program ? false : "skipped: CAIRN_BIN is not set");
+const VERDICT_TIMEOUT_MS = 120_000;
+
+let browser;
+before(async () => {
+  if (!skip) browser = await launch();
+});
+after(() => browser?.close());
+
+/** Starts the program on a free port (or the given one) and waits for the address it prints. */
+async function start({ port = 0, args = ["run", "doorbell"] } = {}) {
+  const child = spawn(program, [...args, "--port", String(port)], { stdio: ["ignore", "pipe", "pipe"] });
+  let output = "";
+  for (const stream of [child.stdout, child.stderr]) stream.on("data", (data) => (output += data));
+  const stop = async () => {
+    if (child.exitCode !== null || child.signalCode !== null) return;
+    child.kill("SIGTERM");
+    await new Promise((resolve) => child.once("exit", resolve));
+  };
+  try {
+    const url = await eventually("the address of the studio", () => {
+      if (child.exitCode !== null) throw new Error(`the program ended: ${output}`);
+      return /http:\/\/127\.0\.0\.1:\d+\/?/.exec(output)?.[0];
+    }, 30_000);
+    return { url, port: Number(new URL(url).port), stop };
+  } catch (error) {
+    await stop();
+    throw error;
+  }
+}
+
+function programTest(name, body, { args, context } = {}) {
+  test(name, { skip, timeout: VERDICT_TIMEOUT_MS + 60_000 }, async () => {
+    const studio = await start({ args });
+    let opened = null;
+    try {
+      opened = await open(browser, studio.url, context);
+      await body({ ...opened, studio });
+    } finally {
+      await opened?.close();
+      await studio.stop();
+    }
+  });
+}
+
+async function ensure(page, playing) {
+  if ((await page.evaluate(() => window.cairn.state().playing)) !== playing) await page.keyboard.press(" ");
+  await page.waitForFunction((wanted) => window.cairn.state().playing === wanted, playing);
+}
+
+programTest("the program's page loads, plays, pauses and steps without complaints", async ({ page, complaints }) => {
+  await page.getByText("Connected").waitFor();
+  await page.locator(".source [data-resource=Y2]").first().waitFor();
+  await ensure(page, true);
+  await untilTime(page, 0.5);
+  await ensure(page, false);
+  const step = await page.evaluate(() => window.cairn.state().step);
+  await page.keyboard.press(".");
+  await page.waitForFunction((before) => window.cairn.state().step === before + 20, step);
+  assert.deepEqual(complaints, []);
+});
+
+programTest("the bell of the program lights its input and its timer", async ({ page }) => {
+  await ensure(page, false);
+  await page.getByRole("button", { name: /^Ring / }).click();
+  await ensure(page, true);
+  await page.locator(".source .operand-high[data-resource=YTMR16]").first().waitFor();
+  await page.locator(".timer.on").first().waitFor();
+});
+
+programTest("a box placed on the map appears in the program's world", async ({ page }) => {
+  await ensure(page, false);
+  const before_n = await page.evaluate(() => window.cairn.state().things.length);
+  await page.keyboard.press("b");
+  const places = [[0, 0], [1, -1], [-1, 1], [2, -2], [-2, -2], [3, 0], [-3, 0]];
+  for (const at_m of places) {
+    await page.mouse.click(...(await page.evaluate((at) => window.cairn.pageOf(at), at_m)));
+    const grew = await page.waitForFunction((n) => window.cairn.state().things.length > n, before_n, { timeout: 1500 }).catch(() => null);
+    if (grew) return;
+  }
+  assert.fail("no place in the house took a box");
+});
+
+programTest("the doorbell mission reaches its verdict at twenty times", async ({ page, complaints }) => {
+  for (let i = 0; i < 4; i += 1) await page.keyboard.press("]");
+  await page.waitForFunction(() => window.cairn.state().speed_ratio === 20);
+  await ensure(page, true);
+  await page.locator(".verdict").waitFor({ timeout: VERDICT_TIMEOUT_MS });
+  const verdict = await page.evaluate(() => window.cairn.state().verdict);
+  assert.ok(verdict.passed, JSON.stringify(verdict));
+  assert.deepEqual(complaints, []);
+});
+
+programTest("the page comes back by itself after the program restarts", async ({ page, studio }) => {
+  await studio.stop();
+  await page.getByText(/Connection lost, trying again/).waitFor();
+  const again = await start({ port: studio.port });
+  try {
+    await page.getByText("Connected", { exact: true }).waitFor();
+  } finally {
+    await again.stop();
+  }
+});
+
+for (const [width, height] of [[1280, 800], [1440, 900], [1600, 1000], [820, 1180]]) {
+  programTest(`nothing of the real mission sticks out of a page of ${width} by ${height}`, async ({ page }) => {
+    assert.ok((await page.locator(".about").textContent()).length > 250, "a long text is what this is about");
+    const size = await page.evaluate(() => [document.documentElement.scrollWidth, document.documentElement.scrollHeight]);
+    assert.deepEqual(size, [width, height]);
+    for (const id of ["top", "map", "dock", "transport"]) {
+      const box = await page.locator(`#${id}`).boundingBox();
+      assert.ok(box.x >= 0 && box.x + box.width <= width + 0.5 && box.y + box.height <= height + 0.5 && box.height > 40, `${id} ${JSON.stringify(box)}`);
+    }
+  }, { context: { viewport: { width, height } } });
+}
+
+programTest("a thousand robots are dots, counted, and drawn fluently", async ({ page, complaints }) => {
+  await untilTime(page, 1);
+  assert.equal(await page.evaluate(() => window.cairn.state().crowd.length), 999);
+  await page.getByText(/^\d+ under way$/).waitFor();
+  const frames = await page.evaluate(async () => {
+    const before = window.cairn.frames();
+    await new Promise((resolve) => setTimeout(resolve, 2000));
+    return (window.cairn.frames() - before) / 2;
+  });
+  assert.ok(frames > 0, "the map stands still");
+  assert.deepEqual(complaints, []);
+}, { args: ["run", "swarm"] });
+
+test("a replay plays and offers nothing that it would refuse", { skip, timeout: VERDICT_TIMEOUT_MS }, async () => {
+  const folder = mkdtempSync(join(tmpdir(), "cairn-studio-"));
+  const file = join(folder, "rig.mcap");
+  execFileSync(program, ["run", "decision-rig", "--headless", "--record", file], { stdio: "ignore" });
+  const studio = await start({ args: ["replay", file, "--speed", "20"] });
+  let opened = null;
+  try {
+    opened = await open(browser, studio.url);
+    const { page, complaints } = opened;
+    await page.getByText("Replay", { exact: true }).waitFor();
+    await page.locator(".verdict").waitFor();
+    assert.ok(await page.locator("button[data-device]").first().isDisabled());
+    assert.deepEqual(complaints, []);
+  } finally {
+    await opened?.close();
+    await studio.stop();
+    rmSync(folder, { recursive: true });
+  }
+});

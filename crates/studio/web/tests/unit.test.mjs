@@ -1,0 +1,168 @@
+// Pure parts of the page, bundled on the fly: history bytes, camera, speeds, formats, signals, trails.
+
+import assert from "node:assert/strict";
+import { dirname } from "node:path";
+import { test } from "node:test";
+import { fileURLToPath } from "node:url";
+import { build } from "esbuild";
+
+const web = dirname(dirname(fileURLToPath(import.meta.url)));
+
+async function load(path) {
+  const { outputFiles } = await build({ absWorkingDir: web, entryPoints: [path], bundle: true, write: false, format: "esm", platform: "node", logLevel: "error" });
+  return import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
+}
+
+test("the two youngest samples of a history byte tell level and edge", async () => {
+  const { signalState, samples, isBoolean, isConstant } = await load("src/history.ts");
+  assert.equal(signalState(0b0000_0000), "low");
+  assert.equal(signalState(0b0000_0001), "rising");
+  assert.equal(signalState(0b1111_1110), "falling");
+  assert.equal(signalState(0b0000_0011), "high");
+  assert.deepEqual(samples(0b1000_0001), [true, false, false, false, false, false, false, true]);
+  for (const name of ["I0", "NI3", "O1", "Y95", "YTMR16", "S7", "1L"]) assert.ok(isBoolean(name), name);
+  for (const name of ["M0", "A3", "STATUS", "5000"]) assert.ok(!isBoolean(name), name);
+  assert.ok(isConstant("0L") && !isConstant("Y0"));
+});
+
+test("the waveform of a byte starts with its oldest sample", async () => {
+  const { waveformPath } = await load("src/history.ts");
+  assert.ok(waveformPath(0b1000_0000, 80, 20).startsWith("M0 1H10V19H20"));
+  assert.ok(waveformPath(0b0000_0001, 80, 20).endsWith("V1H80"));
+});
+
+test("the camera is its own inverse and zooms about the pointer", async () => {
+  const { Camera, scaleBar } = await load("src/map/camera.ts");
+  const camera = new Camera();
+  [camera.width_px, camera.height_px] = [800, 600];
+  camera.fit([-6, -4.5, 6, 4.5], { x: 20, top: 20, bottom: 60 });
+  const [x, y] = camera.toWorld(...camera.toScreen(1.25, -3.5));
+  assert.ok(Math.abs(x - 1.25) < 1e-9 && Math.abs(y + 3.5) < 1e-9);
+  for (const corner of [[-6, -4.5], [6, 4.5]]) {
+    const [x_px, y_px] = camera.toScreen(...corner);
+    assert.ok(x_px >= 19.9 && x_px <= 780.1 && y_px >= 19.9 && y_px <= 540.1, `${x_px} ${y_px}`);
+  }
+  assert.ok(camera.toScreen(0, 1)[1] < camera.toScreen(0, 0)[1], "y is up");
+  const before = camera.toWorld(100, 90);
+  camera.zoomAt(100, 90, 2.5);
+  camera.toWorld(100, 90).forEach((value, i) => assert.ok(Math.abs(value - before[i]) < 1e-9));
+  assert.deepEqual(scaleBar(60, 110), { length_m: 1, length_px: 60, label: "1 m" });
+  assert.equal(scaleBar(400, 110).label, "20 cm");
+});
+
+test("the speed slider is logarithmic, ends at 0.1 and 20, and sticks to 1", async () => {
+  const { speedOfSlider, sliderOfSpeed } = await load("src/controls.ts");
+  assert.equal(speedOfSlider(0), 0.1);
+  assert.equal(speedOfSlider(1000), 20);
+  assert.equal(speedOfSlider(sliderOfSpeed(1)), 1);
+  assert.equal(sliderOfSpeed(500), 1000);
+  for (let position = 1; position <= 1000; position += 1) assert.ok(speedOfSlider(position) >= speedOfSlider(position - 1));
+});
+
+test("figures take label and unit from their name", async () => {
+  const { figure, clock, ratio, coordinate } = await load("src/format.ts");
+  assert.deepEqual(figure("cross_track_rms_m", 0.0123), { label: "Cross track rms", value: "12", unit: "mm" });
+  assert.deepEqual(figure("clearance_min_m", 0.45), { label: "Clearance min", value: "0.45", unit: "m" });
+  assert.deepEqual(figure("collisions", 0), { label: "Collisions", value: "0", unit: "" });
+  assert.equal(figure("time_s", null).value, "–");
+  assert.equal(clock(72.34), "1:12.3");
+  assert.equal(ratio(0.25), "0.25×");
+  assert.equal(ratio(20), "20×");
+  assert.equal(coordinate(-0.001), "0.00");
+  assert.equal(coordinate(-1.5), "−1.50");
+});
+
+test("poses blend the short way round and never beyond the latest state", async () => {
+  const { blendPose, blendFactor } = await load("src/map/interpolate.ts");
+  const yaw = blendPose([0, 0, 3.1], [1, 0, -3.1], 0.5)[2];
+  assert.ok(Math.abs(Math.abs(yaw) - Math.PI) < 0.01);
+  const sample = (arrived_ms, playing = true) => ({ arrived_ms, state: { playing } });
+  assert.equal(blendFactor(null, sample(10), 20), 1);
+  assert.equal(blendFactor(sample(0), sample(33), 33), 0);
+  assert.equal(blendFactor(sample(0), sample(33), 500), 1);
+  assert.equal(blendFactor(sample(0), sample(33, false), 33), 1, "a paused run shows its state at once");
+  assert.equal(blendFactor(sample(0), sample(900), 900), 1, "after a stall the latest is drawn at once");
+});
+
+test("a pulse between two pictures still leaves its mark in the signals", async () => {
+  const { Signals } = await load("src/signals.ts");
+  const signals = new Signals();
+  const push = (t_s, byte) => signals.push({ t_s, decision: { resources: { Y3: byte, M0: 5, "1L": 255 } } });
+  push(0, 0);
+  push(1, 0b0001_0000);
+  push(2, 0);
+  assert.deepEqual([...signals.edges.keys()], ["Y3"]);
+  assert.deepEqual(signals.edges.get("Y3").map(({ high }) => high), [false, true, false]);
+});
+
+test("edges told by the program are drawn exactly, and once", async () => {
+  const { Signals } = await load("src/signals.ts");
+  const signals = new Signals();
+  signals.push({ t_s: 0, decision: { resources: { Y3: 0 }, edges: [] } });
+  signals.push({ t_s: 17.4, decision: { resources: { Y3: 0 }, edges: [[17.01, "Y3", true], [17.11, "Y3", false]] } });
+  assert.deepEqual(signals.edges.get("Y3"), [{ t_s: 0, high: false }, { t_s: 17.01, high: true }, { t_s: 17.11, high: false }]);
+});
+
+test("a long trail is thinned but keeps its ends", async () => {
+  const { Trail } = await load("src/trail.ts");
+  const trail = new Trail();
+  for (let i = 0; i <= 20000; i += 1) trail.push([i * 0.05, 0], i);
+  assert.ok(trail.points.length <= 6001, String(trail.points.length));
+  assert.equal(trail.points[0].x_m, 0);
+  assert.equal(trail.points.at(-1).t_s, 20000);
+});
+
+test("the painted field is a cone of radius sigma around a single source", async () => {
+  const { intensities } = await load("src/map/field.ts");
+  const field = { cell_m: 0.2, width: 21, height: 21, origin_m: [0, 0], values: [[10, 10, 100], [2, 2, 200]], sigma_m: 0.6, antenna_spacing_m: 0.38 };
+  const { values, width } = intensities(field, 5);
+  const at = (x, y) => values[y * width + x];
+  assert.ok(Math.abs(at(52, 52) - 100) < 1e-4);
+  assert.ok(Math.abs(at(52 + 6, 52) - 100 * (1 - 0.24 / 0.6)) < 1e-4);
+  assert.equal(at(52 + 15, 52), 0);
+  assert.equal(at(12, 12), 0, "values from 0x80 on are reserved");
+});
+
+test("operands are found by column, and by text where the column does not fit", async () => {
+  const { placesOf } = await load("src/panels/operands.ts");
+  const { EditorState } = await import("@codemirror/state");
+  const doc = EditorState.create({ doc: "; bell\nFF   Y2,I0,Y1,0" }).doc;
+  const operand = (text, column, resource = text) => ({ text, resource, column, length: text.length });
+  const program = { source: "", mode: "corrected", functions: [{ line: 2, mnemonic: "FF", operands: [operand("Y2", 6), operand("I0", 99), operand("Y1", 12), operand("0", 15, null)] }] };
+  const places = placesOf(doc, program).map(({ from, to }) => doc.sliceString(from, to));
+  assert.deepEqual(places, ["Y2", "I0", "Y1"]);
+});
+
+test("a change that several states tell is one edge", async () => {
+  const { Signals } = await load("src/signals.ts");
+  const signals = new Signals();
+  const state = (t_s, edges) => ({ t_s, decision: { resources: { I0: 0 }, edges } });
+  const pulse = [[1.5, "I0", true], [1.51, "I0", false]];
+  signals.push(state(1, []));
+  for (const t_s of [2, 2.03, 2.06]) signals.push(state(t_s, pulse));
+  signals.push(state(2.09, [[2.08, "I0", true], [2.085, "I0", false]]));
+  assert.deepEqual(signals.edges.get("I0").slice(1).map(({ t_s, high }) => [t_s, high]), [[1.5, true], [1.51, false], [2.08, true], [2.085, false]]);
+});
+
+test("a crowd is counted by what needs attention first", async () => {
+  const { countCrowd } = await load("src/map/crowd.ts");
+  const crowd = [[0, 0, 0, 0], [0, 0, 0, 1], [0, 0, 0, 2], [0, 0, 0, 3], [0, 0, 0, 2]];
+  assert.deepEqual(countCrowd(crowd), { under_way: 1, arrived: 2, touching: 2 });
+});
+
+test("another run is another story, the same run after a reconnection is not", async () => {
+  const { Store } = await load("src/state.ts");
+  const store = new Store();
+  const hello = (run) => ({ type: "hello", run, mission: { name: "x", seed: 1 } });
+  const log = { type: "log", items: [{ t_s: 0, level: "info", text: "goal" }] };
+  store.accept(hello("1-0"), 0);
+  store.accept(log, 0);
+  store.accept(hello("1-0"), 1);
+  store.accept(log, 1);
+  assert.equal(store.log.length, 1);
+  store.accept(hello("1-1"), 2);
+  assert.equal(store.log.length, 0);
+  store.accept(log, 2);
+  store.accept({ type: "state", t_s: 0, robots: [], decision: null }, 3);
+  assert.equal(store.log.length, 1, "what was told at the very beginning stays");
+});
