@@ -1,13 +1,17 @@
 //! The hierarchy itself: ray cast, distance and overlap queries.
 
-use super::convex;
-use crate::{Aabb, Ray, RayHit, Segment, Vec2};
+use super::{
+    convex,
+    parts::{Nearest, Part, Parts},
+    probe::{Probe, larger},
+};
+use crate::{Aabb, Vec2};
 
 mod build;
-mod probe;
+mod coarse;
 mod room;
 
-use probe::Probe;
+use coarse::CoarseRay;
 
 /// Children of a node: as many boxes as one vector register holds single-precision numbers.
 const WIDTH: usize = 4;
@@ -20,26 +24,6 @@ const LEVELS_MAX: usize = 16;
 /// a power of two, because masking an index is quicker than checking it.
 const STACK_SIZE: usize = 64;
 const _: () = assert!(LEVELS_MAX * (WIDTH - 1) + 1 < STACK_SIZE);
-
-/// A solid rectangle that stands for one or more points.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Block {
-    pub(super) bounds: Aabb,
-    pub(super) tag: u32,
-    /// The lowest of its points' indices; in the hierarchy counted on from the last wall's.
-    pub(super) index: u32,
-}
-
-/// A segment, with what a query would compute anew each time.
-#[derive(Clone, Copy, Debug)]
-struct Wall {
-    segment: Segment,
-    /// Unit vector to the left of a→b; zero for a wall without length.
-    normal: Vec2,
-    tag: u32,
-    /// Its place in the list that was given.
-    index: u32,
-}
 
 /// What one lane of a node leads to: a kind in two bits, an index in thirty.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,47 +102,26 @@ pub(super) struct Bvh {
     boxes: Vec<Boxes>,
     links: Vec<Links>,
     /// In the order of the nodes that lead to them.
-    walls: Vec<Wall>,
-    blocks: Vec<Block>,
-    bounds: Aabb,
-}
-
-/// The nearest primitive so far; [`Leads::Nowhere`] for none.
-struct Nearest {
-    distance_m: f64,
-    index: u32,
-    leads: Leads,
-}
-
-impl Nearest {
-    /// Ties are exact ones; the lower index wins them, in whatever order the two are met.
-    fn offer(&mut self, distance_m: f64, index: u32, leads: Leads) {
-        let tie = distance_m.total_cmp(&self.distance_m).is_eq();
-        if distance_m < self.distance_m || (tie && index < self.index) {
-            *self = Self { distance_m, index, leads };
-        }
-    }
+    parts: Parts,
 }
 
 impl Bvh {
-    pub(super) fn bounds(&self) -> Aabb {
-        self.bounds
+    pub(super) fn parts(&self) -> &Parts {
+        &self.parts
     }
 
-    pub(super) fn cast(&self, ray: &Ray, range_max_m: f64) -> Option<RayHit> {
-        let probe = Probe::new(ray, self.bounds)?;
-        if range_max_m.is_nan() || range_max_m < 0.0 {
-            return None;
-        }
-        let mut nearest =
-            Nearest { distance_m: range_max_m, index: u32::MAX, leads: Leads::Nowhere };
+    /// Looks for something nearer than what is known.
+    // Not part of the caller, which has a way of its own and wants the registers for it.
+    #[inline(never)]
+    pub(super) fn cast(&self, probe: &Probe, nearest: &mut Nearest) {
+        let Some(coarse) = CoarseRay::new(probe, self.parts.bounds) else { return };
         // The stack is two arrays and a number of their own, not a struct: the number then stays in
         // a register. What waits is the child and where the ray enters its box.
         let mut waiting = [Child::ROOT; STACK_SIZE];
         let mut entries = [0.0_f32; STACK_SIZE];
         let mut n_waiting = 1;
-        let mut limit = probe.limit(range_max_m);
-        let quadrant = probe.quadrant();
+        let mut limit = coarse.limit(nearest.distance_m);
+        let quadrant = coarse.quadrant();
         while n_waiting > 0 {
             n_waiting -= 1;
             if entries[n_waiting % STACK_SIZE] > limit {
@@ -166,7 +129,7 @@ impl Bvh {
             }
             let child = waiting[n_waiting % STACK_SIZE];
             if let Some(node) = child.node() {
-                let (enter, leave) = probe.spans(&self.boxes[node], limit);
+                let (enter, leave) = coarse.spans(&self.boxes[node], limit);
                 let links = &self.links[node];
                 for lane in links.lanes(quadrant) {
                     // Written in any case and counted when it is met: a branch here could not be
@@ -177,34 +140,13 @@ impl Bvh {
                 }
                 continue;
             }
-            let leads = child.leads();
-            match leads {
-                Leads::ToWall(index) => {
-                    let wall = &self.walls[index];
-                    let Some(distance_m) = probe.distance_to_wall(wall.segment) else { continue };
-                    nearest.offer(distance_m, wall.index, leads);
-                }
-                Leads::ToBlock(index) => {
-                    let block = &self.blocks[index];
-                    let Some(distance_m) = probe.distance_to_block(block.bounds) else { continue };
-                    nearest.offer(distance_m, block.index, leads);
-                }
+            match child.leads() {
+                Leads::ToWall(place) => self.parts.offer(Part::wall(place), probe, nearest),
+                Leads::ToBlock(place) => self.parts.offer(Part::block(place), probe, nearest),
                 Leads::ToNode(_) | Leads::Nowhere => continue,
             }
-            limit = probe.limit(nearest.distance_m);
+            limit = coarse.limit(nearest.distance_m);
         }
-        self.hit(&probe, &nearest)
-    }
-
-    fn hit(&self, probe: &Probe, nearest: &Nearest) -> Option<RayHit> {
-        let (normal, tag) = match nearest.leads {
-            Leads::ToWall(index) => (probe.facing(self.walls[index].normal), self.walls[index].tag),
-            Leads::ToBlock(index) => {
-                (probe.entry_normal(self.blocks[index].bounds), self.blocks[index].tag)
-            }
-            Leads::ToNode(_) | Leads::Nowhere => return None,
-        };
-        Some(RayHit { distance_m: nearest.distance_m, normal, tag })
     }
 
     pub(super) fn touches_convex(&self, convex: &[Vec2]) -> bool {
@@ -226,9 +168,9 @@ impl Bvh {
                     }
                     false
                 }
-                Leads::ToWall(index) => convex::meets_wall(convex, self.walls[index].segment),
+                Leads::ToWall(index) => convex::meets_wall(convex, self.parts.walls[index].segment),
                 Leads::ToBlock(index) => {
-                    let bounds = self.blocks[index].bounds;
+                    let bounds = self.parts.blocks[index].bounds;
                     bounds.overlaps(around) && convex::meets_block(convex, bounds)
                 }
                 Leads::Nowhere => false,
@@ -242,7 +184,7 @@ impl Bvh {
 
     /// The box of one lane, in the world's coordinates; contains all that the lane leads to.
     fn lane_bounds(&self, node: usize, lane: usize) -> Aabb {
-        let middle = self.bounds.centre();
+        let middle = self.parts.bounds.centre();
         let [min_x, min_y, max_x, max_y] = self.boxes[node].0.map(|plane| f64::from(plane[lane]));
         Aabb { min: middle + Vec2::new(min_x, min_y), max: middle + Vec2::new(max_x, max_y) }
     }
@@ -250,7 +192,6 @@ impl Bvh {
 
 /// From `point` to a box, metres; 0 inside; infinite for an empty box.
 fn distance_to_box(bounds: Aabb, point: Vec2) -> f64 {
-    let larger = |a: f64, b: f64| if a > b { a } else { b };
     let beyond = |low: f64, x: f64, high: f64| larger(larger(low - x, x - high), 0.0);
     let beyond_x = beyond(bounds.min.x, point.x, bounds.max.x);
     let beyond_y = beyond(bounds.min.y, point.y, bounds.max.y);

@@ -4,7 +4,7 @@
 //! changes, and a scanned wall of hundreds of squares becomes a few boxes. The cover is greedy, not
 //! the smallest there is.
 
-use super::bvh::Block;
+use super::parts::Block;
 use crate::{Aabb, Vec2};
 
 /// How far, in parts of a square's side, a centre may lie off the raster and still count as on it.

@@ -125,8 +125,10 @@ proptest! {
         range in prop_oneof![Just(0.5), Just(5.0), Just(f64::INFINITY)],
     ) {
         let (world, merged) = (build(&parts), build_merged(&parts));
+        let without_grid = SegmentWorld { grid: None, ..world.clone() };
         for (x, y, angle) in rays {
             let r = ray(x, y, angle);
+            prop_assert_eq!(world.cast(&r, range), without_grid.cast(&r, range));
             let found = world.cast(&r, range).map(|h| h.distance_m);
             prop_assert_eq!(found, merged.cast(&r, range).map(|h| h.distance_m));
             if is_close_call(&parts, &r) {
@@ -339,6 +341,20 @@ fn a_block_is_solid() {
     let down = Ray { origin: v(1.0, 9.0), direction: v(0.0, -1.0) };
     assert_eq!(world.cast(&down, 9.0).unwrap().normal, v(0.0, 1.0));
     assert!(world.is_blocked(v(1.0, 1.0), v(1.0, 1.0)), "standing in it");
+}
+
+/// No edge of the polygon tells the two apart, only a side of the block.
+#[test]
+fn a_block_beside_the_tip_of_a_polygon_is_as_far_as_its_side() {
+    let world = SegmentWorld::with_points([], [(v(1.0, 0.0), 3)], 1.0);
+    for gap in [0.01, 0.2] {
+        let tip = [v(0.5 - gap, 0.0), v(-3.0, 0.1), v(-3.0, -0.1)];
+        assert!(!world.touches_polygon(&tip));
+        let found = world.polygon_distance(&tip, 4.0).unwrap();
+        assert!((found - gap).abs() < 1e-12, "{found}");
+    }
+    let inside = [v(0.6, 0.0), v(-3.0, 0.1), v(-3.0, -0.1)];
+    assert_eq!(world.polygon_distance(&inside, 4.0), Some(0.0));
 }
 
 #[test]

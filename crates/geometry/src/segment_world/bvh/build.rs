@@ -2,7 +2,11 @@
 
 use std::ops::Range;
 
-use super::{Block, Boxes, Bvh, Child, LEVELS_MAX, Leads, Links, WIDTH, Wall, probe::margin_m};
+use super::{
+    super::parts::{Block, Parts, Wall},
+    Boxes, Bvh, Child, LEVELS_MAX, Leads, Links, WIDTH,
+    coarse::margin_m,
+};
 use crate::{Aabb, Segment, Vec2};
 
 /// Bins along each axis; more hardly improve the tree (Wald 2007, section 4.1, used 16).
@@ -76,7 +80,7 @@ impl Bvh {
             builder.add_node(all, 0);
         }
         let Builder { boxes, links, walls, blocks, .. } = builder;
-        Self { boxes, links, walls, blocks, bounds }
+        Self { boxes, links, parts: Parts { walls, blocks, bounds } }
     }
 }
 
@@ -287,7 +291,7 @@ mod tests {
             let walls: Vec<_> = shrinking.clone().chain(vec![(same, 1); n_same]).collect();
             let bvh = Bvh::build(&walls, &[]);
             assert!(depth(&bvh, 0) <= LEVELS_MAX, "{} levels", depth(&bvh, 0));
-            assert_eq!(bvh.walls.len(), walls.len());
+            assert_eq!(bvh.parts.walls.len(), walls.len());
         }
     }
 

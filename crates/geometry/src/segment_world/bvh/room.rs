@@ -69,8 +69,8 @@ impl Bvh {
                     }
                     continue;
                 }
-                Leads::ToWall(index) => to_wall(self.walls[index].segment),
-                Leads::ToBlock(index) => to_block(self.blocks[index].bounds),
+                Leads::ToWall(index) => to_wall(self.parts.walls[index].segment),
+                Leads::ToBlock(index) => to_block(self.parts.blocks[index].bounds),
                 Leads::Nowhere => continue,
             };
             if distance_m <= best_m {
@@ -96,7 +96,8 @@ fn wall_distance_m(polygon: &[Vec2], wall: Segment) -> f64 {
 }
 
 fn block_distance_m(polygon: &[Vec2], block: Aabb) -> f64 {
-    if convex::meets_block(polygon, block) {
+    let overlap = block.overlaps(Aabb::around(polygon.iter().copied()));
+    if overlap && convex::meets_block(polygon, block) {
         return 0.0;
     }
     let Aabb { min, max } = block;
