@@ -1,0 +1,121 @@
+//! The program `cairn`: one file per subcommand, and nothing else that could be called mathematics.
+#![expect(
+    clippy::print_stderr,
+    clippy::disallowed_methods,
+    reason = "the command line speaks, waits and looks at the clock; the libraries do not"
+)]
+
+mod config;
+mod explain;
+mod missions;
+mod output;
+mod parse;
+mod pheromone_server;
+mod rdpl;
+mod replay;
+mod reproduce;
+mod robot;
+mod run;
+mod serve;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// A navigation system for small mobile robots: simulates them down to the bytes they speak, steers
+/// them, and shows it all in a browser.
+///
+/// Without a subcommand, cairn runs the mission `doorbell` in real time and serves the studio on this
+/// computer; open the address that it prints.
+#[derive(Debug, Parser)]
+#[command(
+    name = "cairn",
+    version,
+    subcommand_required = false,
+    after_help = "Examples:\n  cairn\n  cairn run doorbell --headless --seed 7\n  cairn missions"
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Run(run::Args),
+    Replay(replay::Args),
+    Missions(missions::Args),
+    Robot(robot::Args),
+    PheromoneServer(pheromone_server::Args),
+    Rdpl(rdpl::Args),
+    Explain(explain::Args),
+    Reproduce(reproduce::Args),
+    Config(config::Args),
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let outcome = match cli.command {
+        None => run::studio_with_doorbell(),
+        Some(Command::Run(args)) => run::main(&args),
+        Some(Command::Replay(args)) => replay::main(&args),
+        Some(Command::Missions(args)) => missions::main(&args),
+        Some(Command::Robot(args)) => robot::main(&args),
+        Some(Command::PheromoneServer(args)) => pheromone_server::main(&args),
+        Some(Command::Rdpl(args)) => rdpl::main(&args),
+        Some(Command::Explain(args)) => explain::main(&args),
+        Some(Command::Reproduce(args)) => reproduce::main(&args),
+        Some(Command::Config(args)) => config::main(&args),
+    };
+    match outcome {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("cairn: {}", said_once(&error));
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// An error and its causes on one line, without those that the text before already quotes.
+fn said_once(error: &anyhow::Error) -> String {
+    let mut text = error.to_string();
+    for cause in error.chain().skip(1).map(ToString::to_string) {
+        if !text.contains(&cause) {
+            text.push_str(": ");
+            text.push_str(&cause);
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    #[test]
+    fn a_cause_is_said_once() {
+        let whole = anyhow::anyhow!("disk full").context("x.toml: cannot be read: disk full");
+        assert_eq!(said_once(&whole), "x.toml: cannot be read: disk full");
+        let part = anyhow::anyhow!("disk full").context("cannot write x.lst");
+        assert_eq!(said_once(&part), "cannot write x.lst: disk full");
+    }
+
+    /// The help of every subcommand says what it does and ends with an example.
+    #[test]
+    fn every_help_has_an_example() {
+        Cli::command().debug_assert();
+        for command in Cli::command().get_subcommands() {
+            let name = command.get_name();
+            let after = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            assert!(after.contains(&format!("cairn {name}")), "{name} has no example");
+            assert!(command.get_about().is_some(), "{name} does not say what it does");
+            for argument in command.get_arguments() {
+                assert!(
+                    argument.get_help().is_some(),
+                    "{name}: {} is unexplained",
+                    argument.get_id()
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! What subcommands print: tables for people, one JSON object for machines.
+
+use std::io::Write as _;
+
+use clap::ValueEnum;
+use missions::{Summary, Verdict};
+use serde_json::{Map, Value, json};
+
+/// Prints a line on standard output; see [`write_out`].
+macro_rules! say {
+    () => { $crate::output::write_out(format_args!("\n")) };
+    ($($parts:tt)*) => {
+        $crate::output::write_out(format_args!("{}\n", format_args!($($parts)*)))
+    };
+}
+
+/// Prints on standard output as it is; see [`write_out`].
+macro_rules! say_raw {
+    ($($parts:tt)*) => { $crate::output::write_out(format_args!($($parts)*)) };
+}
+
+pub(crate) use {say, say_raw};
+
+/// Writes to standard output. A reader that has seen enough (`cairn missions | head -1`) ends the
+/// program quietly, as people expect of a pipe; a full disk ends it with a message and code 2.
+#[expect(clippy::exit, reason = "what cannot be written must not end in success")]
+pub(crate) fn write_out(text: std::fmt::Arguments<'_>) {
+    let mut out = std::io::stdout().lock();
+    match out.write_fmt(text).and_then(|()| out.flush()) {
+        Ok(()) => {}
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
+        Err(error) => {
+            eprintln!("cairn: the output cannot be written: {error}");
+            std::process::exit(2)
+        }
+    }
+}
+
+/// Tells what goes on while a server runs. It goes on when nobody listens any more.
+pub(crate) fn note(text: std::fmt::Arguments<'_>) {
+    let mut out = std::io::stdout().lock();
+    let _nobody_listens = writeln!(out, "{text}").and_then(|()| out.flush());
+}
+
+/// How results are printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// A table for people.
+    #[default]
+    Text,
+    /// One JSON object on standard output, nothing else.
+    Json,
+}
+
+/// Prints a table whose columns are as wide as their widest cell; the last column is left ragged.
+pub(crate) fn table(rows: &[Vec<String>]) {
+    let n_columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |column: usize| {
+        rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max()
+    };
+    let widths: Vec<usize> = (0..n_columns).map(|column| width(column).unwrap_or(0)).collect();
+    for row in rows {
+        let mut line = String::new();
+        for (cell, width) in row.iter().zip(&widths) {
+            line.push_str(cell);
+            line.extend(std::iter::repeat_n(' ', width + 2 - cell.chars().count()));
+        }
+        say!("{}", line.trim_end());
+    }
+}
+
+/// A number with as many decimals as a reader of figures wants.
+pub(crate) fn number(value: f64) -> String {
+    if value.fract().abs() < 1e-9 && value.abs() < 1e12 {
+        format!("{value:.0}")
+    } else if value.abs() < 0.1 {
+        format!("{value:.4}")
+    } else {
+        format!("{value:.3}")
+    }
+}
+
+/// Prints how a run ended: the verdict with its checks, then the figures.
+pub(crate) fn summary(summary: &Summary, format: Format) {
+    match format {
+        Format::Text => summary_text(summary),
+        Format::Json => say!("{}", summary_json(summary)),
+    }
+}
+
+fn summary_text(summary: &Summary) {
+    let Summary { mission, seed, verdict, .. } = summary;
+    match verdict {
+        Some(Verdict { passed, text, checks }) => {
+            let word = if *passed { "passed" } else { "FAILED" };
+            say!("{mission} (seed {seed}): {word}: {text}\n");
+            let row = |check: &missions::Check| {
+                let mark = if check.passed { "ok" } else { "FAILED" };
+                vec![format!("  {mark}"), check.name.clone(), check.text.clone()]
+            };
+            table(&checks.iter().map(row).collect::<Vec<_>>());
+        }
+        None => say!("{mission} (seed {seed}): stopped before its verdict"),
+    }
+    say!();
+    let row = |figure: &missions::Figure| {
+        let value = figure.value.map_or_else(|| "–".to_owned(), number);
+        vec![format!("  {}", figure.name), value, figure.about.to_owned()]
+    };
+    let mut rows: Vec<_> = summary.figures.iter().map(row).collect();
+    rows.push(vec![
+        "  state_hash".to_owned(),
+        summary.state_hash.clone(),
+        format!("after {} steps of 10 ms", summary.steps),
+    ]);
+    table(&rows);
+}
+
+/// The summary as one object; figures that do not apply are null.
+pub(crate) fn summary_json(summary: &Summary) -> Value {
+    let figures: Map<String, Value> =
+        summary.figures.iter().map(|f| (f.name.to_owned(), json!(f.value))).collect();
+    let check = |c: &missions::Check| json!({"name": c.name, "passed": c.passed, "text": c.text});
+    json!({
+        "mission": summary.mission,
+        "seed": summary.seed,
+        "steps": summary.steps,
+        "verdict": summary.verdict.as_ref().map(|v| if v.passed { "pass" } else { "fail" }),
+        "text": summary.verdict.as_ref().map(|v| v.text.clone()),
+        "checks": summary.verdict.as_ref().map(|v| v.checks.iter().map(check).collect::<Vec<_>>()),
+        "figures": figures,
+        "state_hash": summary.state_hash,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_as_long_as_they_need_be() {
+        assert_eq!(number(3.0), "3");
+        assert_eq!(number(-1.5), "-1.500");
+        assert_eq!(number(0.012_34), "0.0123");
+        assert_eq!(number(0.1), "0.100");
+    }
+}

@@ -1,0 +1,110 @@
+//! `cairn pheromone-server`: the pheromone server as a program of its own.
+
+use std::{fs, net::SocketAddr, path::PathBuf, process::ExitCode, time::Duration};
+
+use anyhow::Context;
+use clap::ValueEnum;
+use pheromones::{Field, Perception, SenseConfig, Server, ServerConfig};
+
+use crate::output::say;
+use crate::parse;
+use crate::serve::{self, Door, Peer};
+
+/// How often the line is looked at.
+const TICK: Duration = Duration::from_millis(2);
+
+/// Answers robots' pose queries with the pheromone intensities at their two antennas
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  cairn pheromone-server trail.txt\n  \
+    cairn pheromone-server trail.txt --serial /dev/ttyUSB0 --baud 9600 --perception listing")]
+pub(crate) struct Args {
+    /// The map: a matrix of numbers, one per cell, first row on top
+    map: PathBuf,
+    /// Side of a cell, metres
+    #[arg(long, value_name = "M", default_value_t = 0.2, value_parser = parse::length_m, allow_negative_numbers = true)]
+    cell_m: f64,
+    /// Perception radius, metres
+    #[arg(long, value_name = "M", default_value_t = 0.6, value_parser = parse::length_m, allow_negative_numbers = true)]
+    sigma_m: f64,
+    /// Distance between the antennas, metres
+    #[arg(long, value_name = "M", default_value_t = 0.38, value_parser = parse::length_m, allow_negative_numbers = true)]
+    antenna_spacing_m: f64,
+    /// How contributions add up
+    #[arg(long, value_enum, default_value = "scalar-sum")]
+    perception: PerceptionName,
+    /// Where robots connect
+    #[arg(
+        long,
+        value_name = "ADDRESS:PORT",
+        default_value = "127.0.0.1:8200",
+        value_parser = parse::address
+    )]
+    listen: SocketAddr,
+    /// Talk over this serial line instead of a TCP port
+    #[arg(long, value_name = "DEVICE", conflicts_with = "listen")]
+    serial: Option<String>,
+    /// Speed of the serial line, bits per second
+    #[arg(long, value_name = "BITS", default_value_t = 9600)]
+    baud: u32,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum PerceptionName {
+    /// The sum of what reaches an antenna: right for trails of any width
+    ScalarSum,
+    /// The vector sum of equations (5.41) and (5.42)
+    Vector,
+    /// As the thesis's listing computes it
+    Listing,
+}
+
+pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
+    let text = fs::read_to_string(&args.map)
+        .with_context(|| format!("cannot read the map {}", args.map.display()))?;
+    let field = Field::from_text(&text, args.cell_m)
+        .with_context(|| format!("{} is not a pheromone map", args.map.display()))?;
+    let sense = SenseConfig {
+        perception: match args.perception {
+            PerceptionName::ScalarSum => Perception::ScalarSum,
+            PerceptionName::Vector => Perception::VectorAtan2,
+            PerceptionName::Listing => Perception::Listing,
+        },
+        sigma_m: args.sigma_m,
+        antenna_spacing_m: args.antenna_spacing_m,
+        // The listing's numbers come with the listing's arithmetic, as in a mission.
+        strict: matches!(args.perception, PerceptionName::Listing),
+    };
+    let door = match &args.serial {
+        Some(device) => Door::serial(device, args.baud)?,
+        None => Door::tcp(args.listen)?,
+    };
+    say!(
+        "{} × {} cells of {} m from {}: connect to {}; Ctrl-C ends it",
+        field.width(),
+        field.height(),
+        field.cell_size_m(),
+        args.map.display(),
+        door.name()
+    );
+    let config = ServerConfig { sense, ..ServerConfig::default() };
+    let mut node = Node { server: Server::new(config), config, field };
+    serve::forever(door, &mut node, TICK)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+struct Node {
+    config: ServerConfig,
+    server: Server,
+    field: Field,
+}
+
+impl Peer for Node {
+    fn tick(&mut self, received: &[u8], out: &mut Vec<u8>) {
+        self.server.receive(&self.field, received, out);
+    }
+
+    fn hang_up(&mut self) {
+        // Half a request of the last client must not become the beginning of the next one's.
+        self.server = Server::new(self.config);
+    }
+}

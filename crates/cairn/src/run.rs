@@ -1,0 +1,157 @@
+//! `cairn run`: a mission, in the browser or headless.
+
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+    time::{Duration, Instant},
+};
+
+use anyhow::Context;
+use indicatif::{ProgressBar, ProgressStyle};
+use missions::{Mission, Recorder, Run};
+use run_context::RunSeed;
+use studio::{Options, Show};
+
+use crate::output::{self, Format, say};
+use crate::parse;
+
+/// The mission that is run when nothing is asked for.
+const FIRST_MISSION: &str = "doorbell";
+/// One step of a run.
+const TICK: Duration = Duration::from_millis(10);
+/// Steps between two looks at the progress bar.
+const STEPS_PER_LOOK: u64 = 500;
+
+/// Runs a mission in real time with the studio, or headless as fast as it can
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  cairn run doorbell\n  cairn run doorbell --headless --seed 7 --format json\n  \
+    cairn run my-flat.toml --headless --record out.mcap\n  cairn run doorbell --headless --set robots.navigator.speed_mps=0.2\n\n\
+    With a robot behind TCP or a serial line even a headless run takes real time.\n\
+    A headless run ends with exit code 0 when the verdict is passed, 1 when it is failed, 2 on an error."
+)]
+pub(crate) struct Args {
+    /// A mission file, or the name of a shipped mission (see `cairn missions`)
+    mission: String,
+    /// As fast as it can, without the studio; ends with a verdict and a table of figures
+    #[arg(long)]
+    headless: bool,
+    /// Seed of everything random; the mission's own unless given
+    #[arg(long, value_name = "N", value_parser = parse::seed)]
+    seed: Option<u64>,
+    /// Changes one key of the mission; may be given several times
+    #[arg(long = "set", value_name = "TABLE.KEY=VALUE")]
+    overrides: Vec<String>,
+    /// Records the run (MCAP); `cairn replay` shows it again
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+    /// How a headless run prints its end
+    #[arg(long, value_enum, default_value_t, requires = "headless")]
+    format: Format,
+    /// Port of the studio on this computer; the first free one from 7878 unless given, 0 for any
+    #[arg(long, conflicts_with = "headless")]
+    port: Option<u16>,
+    /// Seconds simulated per second in the studio, 0.1 to 20
+    #[arg(
+        long,
+        value_name = "RATIO",
+        default_value_t = 1.0,
+        value_parser = parse::speed,
+        allow_negative_numbers = true,
+        conflicts_with = "headless"
+    )]
+    speed: f64,
+}
+
+/// What `cairn` does without a subcommand.
+pub(crate) fn studio_with_doorbell() -> anyhow::Result<ExitCode> {
+    let mission = Mission::load(FIRST_MISSION, &[])?;
+    let seed = mission.seed();
+    in_studio(mission, seed, Options { port: None, speed_ratio: 1.0 }, None)
+}
+
+pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
+    let mission = Mission::load(&args.mission, &args.overrides)?;
+    let seed = args.seed.map_or_else(|| mission.seed(), RunSeed);
+    if args.headless {
+        headless(mission, seed, args.record.as_deref(), args.format)
+    } else {
+        let options = Options { port: args.port, speed_ratio: args.speed };
+        in_studio(mission, seed, options, args.record.clone())
+    }
+}
+
+fn headless(
+    mission: Mission,
+    seed: RunSeed,
+    record: Option<&Path>,
+    format: Format,
+) -> anyhow::Result<ExitCode> {
+    let bar = progress(&mission);
+    let mut pace = mission.has_real_robot().then(Instant::now);
+    let mut run = Run::new(mission, seed)?;
+    let mut recorder = record.map(|path| Recorder::create(path, &run)).transpose()?;
+    while run.finished().is_none() {
+        run.step();
+        if let Some(next) = &mut pace {
+            wait_for_tick(next);
+        }
+        if let Some(recorder) = &mut recorder {
+            let said = run.drain_log();
+            recorder.record(&run, &said)?;
+        }
+        if run.steps().is_multiple_of(STEPS_PER_LOOK) {
+            bar.set_position(run.steps());
+        }
+    }
+    bar.finish_and_clear();
+    if let Some(recorder) = recorder {
+        recorder.finish(&run)?;
+    }
+    let summary = run.summary();
+    output::summary(&summary, format);
+    let passed = summary.verdict.is_some_and(|verdict| verdict.passed);
+    Ok(if passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Waits for the next tick of real time; a machine that is late goes on from where it is.
+fn wait_for_tick(next: &mut Instant) {
+    *next += TICK;
+    match next.checked_duration_since(Instant::now()) {
+        Some(rest) => std::thread::sleep(rest),
+        None => *next = Instant::now(),
+    }
+}
+
+/// A bar on standard error; invisible where that is no terminal.
+pub(crate) fn progress(mission: &Mission) -> ProgressBar {
+    let steps = mission.duration_max().as_millis() / 10;
+    let bar = ProgressBar::new(u64::try_from(steps).unwrap_or(u64::MAX));
+    let style = ProgressStyle::with_template("{prefix} {wide_bar} at most {eta} left");
+    if let Ok(style) = style {
+        bar.set_style(style);
+    }
+    bar.set_prefix(mission.name().to_owned());
+    bar
+}
+
+fn in_studio(
+    mission: Mission,
+    seed: RunSeed,
+    options: Options,
+    record: Option<PathBuf>,
+) -> anyhow::Result<ExitCode> {
+    let title = mission.title().to_owned();
+    let show = Show::Mission { mission: Box::new(mission), seed, record };
+    studio::serve(show, options, |address| {
+        say!("{title} (seed {})", seed.0);
+        say!("The studio is at http://{address} — open it in a browser; Ctrl-C ends it.");
+    })
+    .context("the studio ended")
+    .map(|recording| {
+        if let Some(path) = recording {
+            say!("Recorded in {}", path.display());
+        }
+        ExitCode::SUCCESS
+    })
+}

@@ -1,0 +1,128 @@
+//! What the end-to-end tests share: the real binary, run in a folder of its own.
+#![allow(clippy::allow_attributes, dead_code, reason = "each test file uses a part of it")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a failing helper fails its test"
+)]
+
+use std::{
+    fs,
+    io::{BufRead as _, BufReader},
+    path::{Path, PathBuf},
+    process::{Child, Command, Stdio},
+};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A temporary folder in which the program is run.
+pub(crate) struct Place(TempDir);
+
+/// How a run of the program ended.
+pub(crate) struct Ended {
+    pub(crate) code: i32,
+    pub(crate) out: String,
+    pub(crate) err: String,
+}
+
+impl Place {
+    pub(crate) fn new() -> Self {
+        Self(TempDir::new().unwrap())
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub(crate) fn write(&self, name: &str, text: &str) {
+        fs::write(self.path(name), text).unwrap();
+    }
+
+    pub(crate) fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    pub(crate) fn command(&self) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_cairn"));
+        command.current_dir(self.0.path()).stdin(Stdio::null());
+        command
+    }
+
+    /// Runs `cairn` with blank-separated arguments.
+    pub(crate) fn cairn(&self, arguments: &str) -> Ended {
+        Self::ended(self.command().args(arguments.split_whitespace()))
+    }
+
+    pub(crate) fn ended(command: &mut Command) -> Ended {
+        let output = command.output().unwrap();
+        Ended {
+            code: output.status.code().unwrap_or(-1),
+            out: String::from_utf8(output.stdout).unwrap(),
+            err: String::from_utf8(output.stderr).unwrap(),
+        }
+    }
+
+    /// Starts a server; gives it back with the address that it printed.
+    pub(crate) fn serve(&self, arguments: &str) -> Server {
+        let mut command = self.command();
+        command.args(arguments.split_whitespace()).stdout(Stdio::piped()).stderr(Stdio::null());
+        let mut process = command.spawn().unwrap();
+        let mut first = String::new();
+        BufReader::new(process.stdout.take().unwrap()).read_line(&mut first).unwrap();
+        let address = first.split("connect to ").nth(1).and_then(|rest| rest.split(';').next());
+        Server { address: address.expect("an address in the first line").to_owned(), process }
+    }
+}
+
+impl Ended {
+    pub(crate) fn json(&self) -> Value {
+        serde_json::from_str(&self.out).unwrap_or_else(|e| panic!("{e}: {}{}", self.out, self.err))
+    }
+
+    /// Ended with `code`, and said each of `words` on standard error.
+    pub(crate) fn refused(&self, code: i32, words: &[&str]) {
+        assert_eq!(self.code, code, "{}{}", self.out, self.err);
+        for word in words {
+            assert!(self.err.contains(word), "`{word}` is missing in: {}", self.err);
+        }
+    }
+
+    /// Ended well.
+    pub(crate) fn fine(self) -> Self {
+        assert_eq!(self.code, 0, "{}{}", self.out, self.err);
+        self
+    }
+}
+
+/// A running server, ended when dropped.
+pub(crate) struct Server {
+    pub(crate) address: String,
+    process: Child,
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        self.process.kill().unwrap();
+        self.process.wait().unwrap();
+    }
+}
+
+/// A mission of a few seconds whose verdict is known: a straight drive of a metre.
+pub(crate) fn short_drive(within_m: f64) -> String {
+    format!(
+        "[mission]\nname = \"short-drive\"\nduration_max_s = 12.0\nseed = 5\n\
+         [world]\nbounds_m = [-1.0, -1.0, 3.0, 1.0]\n\
+         [[world.walls]]\nline_m = [[-1.0, -1.0], [3.0, -1.0], [3.0, 1.0], [-1.0, 1.0]]\nclosed = true\n\
+         [[robots]]\nname = \"robot\"\n[robots.navigator]\nroute = \"direct\"\n\
+         [[events]]\nat_s = 1.0\ndo = \"goal\"\nrobot = \"robot\"\npose = [1.0, 0.0, 0.0]\n\
+         [[success.arrived]]\nrobot = \"robot\"\npose = [1.0, 0.0, 0.0]\nwithin_m = {within_m}\n\
+         within_deg = 15.0\n"
+    )
+}
+
+/// The folder of the shipped missions.
+pub(crate) fn shipped(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../missions").join(name).display().to_string()
+}

@@ -1,0 +1,545 @@
+//! Experiment 7.4 of the thesis: following virtual pheromones.
+//!
+//! The thesis states the conditions (cells of 0.2 m, σ = 0.6 m, antennas 0.38 m apart, 0.3 m/s,
+//! 0.2 s, 9600 baud, three fuzzy sets) and conclusions in words; its figures 7.6 to 7.9 are lost. So the
+//! trends are what can be compared. The thesis does not state how hard its robot accelerates; here that
+//! is one more factor, because it decides how soon the wheels do what the law asks for.
+
+use geometry::Vec2;
+use missions::{Mission, MissionError};
+use run_context::RandomStream;
+
+use crate::{
+    ExperimentError, Figure, Options, Progress, Report, Section, Table,
+    batch::{Outcome, run_all, uniform},
+    chart::{self, Axes, Floor, Line},
+    statistics::median,
+};
+
+const FREE_TRAIL: &str = include_str!("free-trail.toml");
+
+/// Speeds swept, m/s.
+const SPEEDS_MPS: [f64; 3] = [0.3, 0.5, 0.7];
+/// Control periods swept, ms.
+const PERIODS_MS: [u32; 4] = [100, 200, 400, 600];
+/// Perception radii swept, m.
+const SIGMAS_M: [f64; 4] = [0.4, 0.6, 0.68, 0.9];
+/// What the wheels accelerate with, m/s²: the robot's factory setting, and quicker ones.
+const ACCELERATIONS_MPS2: [f64; 3] = [0.3, 1.0, 2.0];
+/// Settled distances (mm) by speed and period of an ideal loop, whose wheels turn at once as asked: what
+/// the law itself makes of this trail.
+const IDEAL_RMS_MM: [[f64; 4]; 3] =
+    [[2.1, 2.9, 6.1, 17.0], [2.0, 4.5, 28.6, 39.2], [3.1, 11.3, 30.2, 117.0]];
+/// The part of the straight trail on which the error has settled, m along it.
+const SETTLED_M: std::ops::Range<f64> = 3.0..6.6;
+/// The corner of the mission `trail-corner`, m.
+const CORNER_M: Vec2 = Vec2::new(4.0, 0.0);
+/// Distance from the trail from which on a robot counts as having lost it, m.
+const LOST_M: f64 = 0.6;
+
+/// One row of the settings on the straight trail.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Setting {
+    acceleration_mps2: f64,
+    speed_mps: f64,
+    period_ms: u32,
+    sigma_m: f64,
+    five_sets: bool,
+}
+
+impl Setting {
+    /// The thesis's own conditions.
+    const THESIS: Self = Self {
+        acceleration_mps2: 0.3,
+        speed_mps: 0.3,
+        period_ms: 200,
+        sigma_m: 0.6,
+        five_sets: false,
+    };
+
+    fn overrides(self) -> Vec<String> {
+        let Self { acceleration_mps2, speed_mps, period_ms, sigma_m, five_sets } = self;
+        let controller = if five_sets { "fuzzy_fine" } else { "fuzzy" };
+        vec![
+            // The thesis's robot drives off at once; its law turns it.
+            "robots.navigator.turn_first=false".to_owned(),
+            format!("robots.navigator.acceleration_mps2={acceleration_mps2}"),
+            format!("robots.navigator.speed_mps={speed_mps}"),
+            format!("robots.navigator.control_period_ms={period_ms}"),
+            format!("robots.navigator.trail_controller={controller}"),
+            format!("pheromones.sigma_m={sigma_m}"),
+        ]
+    }
+}
+
+impl Setting {
+    /// Five sets, a larger radius and a shorter period.
+    fn with_all_remedies(self) -> Self {
+        Self { five_sets: true, sigma_m: 0.9, period_ms: 100, ..self }
+    }
+}
+
+pub(crate) fn run(options: &Options, progress: Progress<'_>) -> Result<Report, ExperimentError> {
+    let straight = straight_settings();
+    let n_straight = straight.len();
+    let n_corner = SIGMAS_M.len();
+    // The free trail is one more setting; all settings share the cores and one progress bar.
+    let outcomes = run_all(
+        n_straight + n_corner + 1,
+        &|index, rng| {
+            if let Some(&setting) = straight.get(index) {
+                straight_mission(setting, rng)
+            } else if let Some(&sigma_m) = SIGMAS_M.get(index - n_straight) {
+                corner_mission(sigma_m, rng)
+            } else {
+                free_mission(rng)
+            }
+        },
+        options,
+        progress,
+    )?;
+    let (on_straight, rest) = outcomes.split_at(n_straight);
+    let (at_corner, on_free) = rest.split_at(n_corner);
+    Ok(Report {
+        title: "Following virtual pheromones (the thesis, 7.4)".to_owned(),
+        preamble: format!(
+            "{} runs per setting, seeds {} to {}, each through the whole closed loop: robot, sonar, \
+             9600 baud links and pheromone server simulated down to their bytes. Runs differ in where \
+             within a cell the robot begins and to which side it is turned. It drives off without turning \
+             in place first.",
+            options.n_runs,
+            options.seed.0,
+            options.seed.0 + u64::from(options.n_runs) - 1
+        ),
+        sections: vec![
+            trajectories(&on_straight[0], &on_free[0])?,
+            speed_and_period(&straight, on_straight)?,
+            radius(at_corner)?,
+            remedies(&straight, on_straight),
+            comparison(&straight, on_straight, at_corner),
+        ],
+    })
+}
+
+/// Turned by 45° to either side, anywhere within the first cell.
+fn straight_mission(setting: Setting, rng: &mut RandomStream) -> Result<Mission, MissionError> {
+    let sign = if uniform(rng, -1.0, 1.0) < 0.0 { -1.0 } else { 1.0 };
+    let x_m = uniform(rng, 0.0, 0.2);
+    let mut overrides = setting.overrides();
+    overrides.push(format!("robots.start=[{x_m}, 0.0, {}]", 45.0 * sign));
+    Mission::load("trail-45deg", &overrides)
+}
+
+fn corner_mission(sigma_m: f64, rng: &mut RandomStream) -> Result<Mission, MissionError> {
+    let start_x_m = uniform(rng, 0.0, 0.2);
+    let overrides = [
+        format!("pheromones.sigma_m={sigma_m}"),
+        format!("robots.start=[{start_x_m}, 0.0, 0.0]"),
+        "robots.navigator.avoidance=off".to_owned(),
+        "robots.navigator.turn_first=false".to_owned(),
+    ];
+    Mission::load("trail-corner", &overrides)
+}
+
+fn free_mission(rng: &mut RandomStream) -> Result<Mission, MissionError> {
+    let (x_m, yaw_deg) = (uniform(rng, 0.0, 0.2), uniform(rng, -30.0, 60.0));
+    let overrides = [format!("robots.start=[{x_m}, -1.0, {yaw_deg}]")];
+    Mission::parse("free-trail.toml", FREE_TRAIL, &overrides)
+}
+
+/// The thesis's own setting first, then the grid of speed and period, then the improvements.
+fn straight_settings() -> Vec<Setting> {
+    let mut settings = vec![Setting::THESIS];
+    settings.extend(swept());
+    settings.extend(remedied());
+    settings
+}
+
+/// The grid of acceleration, speed and period.
+fn swept() -> impl Iterator<Item = Setting> {
+    ACCELERATIONS_MPS2.into_iter().flat_map(|acceleration_mps2| {
+        SPEEDS_MPS.into_iter().flat_map(move |speed_mps| {
+            let base = Setting { acceleration_mps2, speed_mps, ..Setting::THESIS };
+            PERIODS_MS.into_iter().map(move |period_ms| Setting { period_ms, ..base })
+        })
+    })
+}
+
+/// Each speed and acceleration without and with the remedies.
+fn remedied() -> impl Iterator<Item = Setting> {
+    ACCELERATIONS_MPS2.into_iter().flat_map(|acceleration_mps2| {
+        SPEEDS_MPS.into_iter().flat_map(move |speed_mps| {
+            let base = Setting { acceleration_mps2, speed_mps, ..Setting::THESIS };
+            [
+                base,
+                Setting { five_sets: true, ..base },
+                Setting { sigma_m: 0.9, ..base },
+                Setting { period_ms: 100, ..base },
+                base.with_all_remedies(),
+            ]
+        })
+    })
+}
+
+/// Root mean square distance from the straight trail once settled, mm; `None` when the robot lost the
+/// trail: what it drove then says nothing about the law.
+fn settled_rms_mm(outcome: &Outcome) -> Option<f64> {
+    if lost(outcome) {
+        return None;
+    }
+    let line = outcome.line_m();
+    let settled: Vec<f64> =
+        line.iter().filter(|p| SETTLED_M.contains(&p.x)).map(|p| p.y * p.y).collect();
+    let mean = settled.iter().sum::<f64>() / settled.len() as f64;
+    (!settled.is_empty()).then(|| mean.sqrt() * 1e3)
+}
+
+fn lost(outcome: &Outcome) -> bool {
+    !outcome.arrived() || outcome.line_m().iter().any(|p| p.y.abs() > LOST_M)
+}
+
+fn greatest_excursion_mm(outcome: &Outcome) -> f64 {
+    outcome.line_m().iter().map(|p| p.y.abs()).fold(0.0, f64::max) * 1e3
+}
+
+fn all_medians(outcomes: &[Outcome], figure: impl Fn(&Outcome) -> Option<f64>) -> Option<f64> {
+    median(&outcomes.iter().filter_map(figure).collect::<Vec<_>>())
+}
+
+fn cell(value: Option<f64>) -> String {
+    value.map_or_else(|| "–".to_owned(), |v| format!("{v:.1}"))
+}
+
+fn trajectories(straight: &[Outcome], free: &[Outcome]) -> Result<Section, ExperimentError> {
+    let named = |outcomes: &[Outcome]| {
+        let line = |(j, outcome): (usize, &Outcome)| (format!("run {}", j + 1), outcome.line_m());
+        outcomes.iter().take(6).enumerate().map(line).collect::<Vec<_>>()
+    };
+    let straight_floor = Floor {
+        trail_name: "trail",
+        trail: vec![Vec2::new(0.0, 0.0), Vec2::new(8.0, 0.0)],
+        driven: named(straight),
+        ..Floor::default()
+    };
+    let free_floor =
+        Floor { trail_name: "trail", trail: free_trail(), driven: named(free), ..Floor::default() };
+    let figure = |name: &str, caption: &str, floor: &Floor| {
+        let svg = chart::floor(floor)?;
+        Ok::<_, ExperimentError>(Figure { name: name.to_owned(), caption: caption.to_owned(), svg })
+    };
+    Ok(Section {
+        heading: "Trajectories".to_owned(),
+        text: vec![
+            "The thesis records the path for an initial heading error of 45° (Fig. 7.7, lost) and on \
+             an arbitrary trail (Fig. 7.10). The trail is drawn as wide as it is marked: one cell."
+                .to_owned(),
+        ],
+        tables: Vec::new(),
+        figures: vec![
+            figure(
+                "trajectory-45deg",
+                "Straight trail, turned by 45° at the start to either side; six runs.",
+                &straight_floor,
+            )?,
+            figure("trajectory-free", "A trail of any shape; six runs.", &free_floor)?,
+        ],
+    })
+}
+
+fn free_trail() -> Vec<Vec2> {
+    let trails = Mission::parse("free-trail.toml", FREE_TRAIL, &[])
+        .ok()
+        .and_then(|mission| mission.file().pheromones.clone())
+        .map(|pheromones| pheromones.trails_m);
+    trails.into_iter().flatten().take(1).flatten().map(|[x, y]| Vec2::new(x, y)).collect()
+}
+
+/// Settings and their runs.
+type Measured<'a> = Vec<(Setting, &'a [Outcome])>;
+
+fn speed_and_period(
+    settings: &[Setting],
+    outcomes: &[Vec<Outcome>],
+) -> Result<Section, ExperimentError> {
+    let all = settings.iter().zip(outcomes).skip(1).take(swept().count());
+    let all: Measured<'_> = all.map(|(setting, runs)| (*setting, runs.as_slice())).collect();
+    let mut table = Table::new(
+        "Distance from the trail once settled (median over the runs that kept it), and the greatest \
+         (median over all)",
+        &["a (m/s²)", "v (m/s)", "Δt (s)", "settled, rms (mm)", "greatest (mm)", "lost the trail"],
+    );
+    for (setting, runs) in &all {
+        table.rows.push(vec![
+            format!("{:.1}", setting.acceleration_mps2),
+            format!("{:.1}", setting.speed_mps),
+            format!("{:.1}", f64::from(setting.period_ms) / 1e3),
+            cell(all_medians(runs, settled_rms_mm)),
+            cell(all_medians(runs, |run| Some(greatest_excursion_mm(run)))),
+            n_lost(runs),
+        ]);
+    }
+    let figures = ACCELERATIONS_MPS2.map(|a| period_figure(a, &all));
+    Ok(Section {
+        heading: "Speed and control period".to_owned(),
+        text: vec![
+            "The thesis: oscillation tends to appear when the speed or the period grows. It does not state \
+             the acceleration a of its robot's wheels; 0.3 m/s² is the factory setting."
+                .to_owned(),
+        ],
+        tables: vec![table],
+        figures: figures.into_iter().collect::<Result<_, _>>()?,
+    })
+}
+
+fn n_lost(runs: &[Outcome]) -> String {
+    format!("{} of {}", runs.iter().filter(|run| lost(run)).count(), runs.len())
+}
+
+/// Settled distance against period, one line a speed.
+fn period_figure(acceleration_mps2: f64, all: &Measured<'_>) -> Result<Figure, ExperimentError> {
+    let line = |speed_mps: f64| {
+        let same = |s: &Setting| {
+            s.speed_mps.total_cmp(&speed_mps).is_eq()
+                && s.acceleration_mps2.total_cmp(&acceleration_mps2).is_eq()
+        };
+        let point = |(setting, runs): &(Setting, &[Outcome])| {
+            Some((f64::from(setting.period_ms) / 1e3, all_medians(runs, settled_rms_mm)?))
+        };
+        Line {
+            name: format!("{speed_mps:.1} m/s"),
+            points: all.iter().filter(|(s, _)| same(s)).filter_map(point).collect(),
+            bars: Vec::new(),
+        }
+    };
+    let axes = Axes { x: "control period (s)", y: "settled distance from the trail, rms (mm)" };
+    Ok(Figure {
+        name: format!("period-a{:02.0}", 10.0 * acceleration_mps2),
+        caption: format!(
+            "Settled distance from the trail against the control period; wheels accelerate with \
+             {acceleration_mps2:.1} m/s²."
+        ),
+        svg: chart::lines(axes, &SPEEDS_MPS.map(line))?,
+    })
+}
+
+/// Distance at which the driven line passes the corner, mm.
+fn corner_cut_mm(outcome: &Outcome) -> Option<f64> {
+    let distances = outcome.line_m().into_iter().map(|p| (p - CORNER_M).norm());
+    distances.min_by(f64::total_cmp).map(|d| d * 1e3)
+}
+
+fn radius(outcomes: &[Vec<Outcome>]) -> Result<Section, ExperimentError> {
+    let mut table = Table::new(
+        "A right angle: how far from the corner the robot passes (medians over runs)",
+        &["σ (m)", "distance (mm)", "arrived"],
+    );
+    let mut driven = Vec::new();
+    for (sigma_m, runs) in SIGMAS_M.iter().zip(outcomes) {
+        let n_arrived = runs.iter().filter(|run| run.arrived()).count();
+        table.rows.push(vec![
+            format!("{sigma_m:.2}"),
+            cell(all_medians(runs, corner_cut_mm)),
+            format!("{n_arrived} of {}", runs.len()),
+        ]);
+        if let Some(run) = runs.first() {
+            driven.push((format!("σ = {sigma_m} m"), run.line_m()));
+        }
+    }
+    let trail = vec![Vec2::new(0.0, 0.0), CORNER_M, Vec2::new(4.0, 4.6)];
+    let floor = Floor { trail_name: "trail", trail, driven, ..Floor::default() };
+    Ok(Section {
+        heading: "Perception radius".to_owned(),
+        text: vec![
+            "The thesis: a larger radius is a larger look-ahead, steadier but cutting corners."
+                .to_owned(),
+        ],
+        tables: vec![table],
+        figures: vec![Figure {
+            name: "corner".to_owned(),
+            caption: "The first run of each radius around the corner.".to_owned(),
+            svg: chart::floor(&floor)?,
+        }],
+    })
+}
+
+fn remedies(settings: &[Setting], outcomes: &[Vec<Outcome>]) -> Section {
+    let mut table = Table::new(
+        "The remedies that the thesis proposes (medians over the runs that kept the trail)",
+        &["a (m/s²)", "v (m/s)", "sets", "σ (m)", "Δt (s)", "settled, rms (mm)", "lost the trail"],
+    );
+    let first = 1 + swept().count();
+    for (setting, runs) in settings.iter().zip(outcomes).skip(first) {
+        table.rows.push(vec![
+            format!("{:.1}", setting.acceleration_mps2),
+            format!("{:.1}", setting.speed_mps),
+            if setting.five_sets { "5" } else { "3" }.to_owned(),
+            format!("{:.2}", setting.sigma_m),
+            format!("{:.1}", f64::from(setting.period_ms) / 1e3),
+            cell(all_medians(runs, settled_rms_mm)),
+            n_lost(runs),
+        ]);
+    }
+    Section {
+        heading: "Sets, radius and period as remedies".to_owned(),
+        text: vec![
+            "The thesis expects 0.5 to 0.7 m/s without disturbing oscillation from a larger radius, five \
+             sets and a shorter period."
+                .to_owned(),
+        ],
+        tables: vec![table],
+        figures: Vec::new(),
+    }
+}
+
+fn comparison(
+    settings: &[Setting],
+    on_straight: &[Vec<Outcome>],
+    at_corner: &[Vec<Outcome>],
+) -> Section {
+    let thesis = &on_straight[0];
+    let n_passed = thesis.iter().filter(|run| !lost(run)).count();
+    let runs_of = |wanted: Setting| {
+        let index = settings.iter().position(|s| *s == wanted);
+        index.map_or(&[][..], |i| on_straight[i].as_slice())
+    };
+    let rms_mm = |wanted: Setting| cell(all_medians(runs_of(wanted), settled_rms_mm));
+    let found = |wanted: Setting| {
+        let runs = runs_of(wanted);
+        format!("{} mm ({} lost the trail)", rms_mm(wanted), n_lost(runs))
+    };
+    let base = Setting::THESIS;
+    let fast = Setting { speed_mps: 0.7, ..base };
+    let quick = Setting { acceleration_mps2: 2.0, ..fast };
+    let corner = |i: usize| cell(all_medians(&at_corner[i], corner_cut_mm));
+    let rows = [
+        [
+            "a path from 45° off is shown; that it converges is implied".to_owned(),
+            format!(
+                "{n_passed} of {} runs converge and arrive; at most {} mm off, settled within {} mm rms",
+                thesis.len(),
+                cell(all_medians(thesis, |run| Some(greatest_excursion_mm(run)))),
+                rms_mm(base)
+            ),
+            "no figure is stated; the original map and plot are lost".to_owned(),
+        ],
+        [
+            "oscillation grows with the speed and the period".to_owned(),
+            format!(
+                "0.3 m/s: {} mm at 0.1 s, {} mm at 0.6 s; at 0.2 s: {} at 0.3 m/s, {} at 0.5 m/s",
+                rms_mm(Setting { period_ms: 100, ..base }),
+                rms_mm(Setting { period_ms: 600, ..base }),
+                found(base),
+                found(Setting { speed_mps: 0.5, ..base })
+            ),
+            format!(
+                "the thesis gives no numbers; a loop whose wheels obey at once settles within {}, {}, {} and \
+                 {} mm: wheels that take up to a second to change their speed cost the rest",
+                IDEAL_RMS_MM[0][0], IDEAL_RMS_MM[0][3], IDEAL_RMS_MM[0][1], IDEAL_RMS_MM[1][1]
+            ),
+        ],
+        [
+            "a larger radius cuts corners".to_owned(),
+            format!(
+                "passes the corner at {} mm with σ = 0.4 m, at {} mm with 0.9 m",
+                corner(0),
+                corner(SIGMAS_M.len() - 1)
+            ),
+            "as reported, in numbers".to_owned(),
+        ],
+        [
+            "0.5 to 0.7 m/s expected with five sets, larger radius, shorter period".to_owned(),
+            format!(
+                "0.7 m/s: {} without, {} with all three; with wheels that accelerate with 2 m/s² {} and {}",
+                found(fast),
+                found(fast.with_all_remedies()),
+                found(quick),
+                found(quick.with_all_remedies())
+            ),
+            "a prediction there, a measurement here: it also takes a drive quicker than the factory \
+             setting"
+                .to_owned(),
+        ],
+    ];
+    Section::comparison(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use run_context::RunSeed;
+
+    /// Runs per setting below. Two settings meet the same situations, run by run; if they did not
+    /// differ, all six pairs would differ in the expected direction with a chance of 1/64.
+    const N_RUNS: u32 = 6;
+
+    fn outcomes(settings: &[Setting]) -> Vec<Vec<Outcome>> {
+        let options = Options { n_runs: N_RUNS, seed: RunSeed(11), n_threads: 0 };
+        let make = |i: usize, rng: &mut RandomStream| straight_mission(settings[i], rng);
+        run_all(settings.len(), &make, &options, &|_, _| ()).unwrap()
+    }
+
+    /// In how many pairs of runs the second setting's figure is greater.
+    fn n_greater(runs: &[Vec<Outcome>], figure: impl Fn(&Outcome) -> f64) -> usize {
+        runs[0].iter().zip(&runs[1]).filter(|(a, b)| figure(b) > figure(a)).count()
+    }
+
+    /// R3 and AT13: converges from 45°, with the excursion of a robot that does not turn in place.
+    #[test]
+    fn the_thesis_setting_converges() {
+        for run in &outcomes(&[Setting::THESIS])[0] {
+            assert!(!lost(run), "seed {}", run.summary.seed);
+            let (greatest_mm, settled_mm) =
+                (greatest_excursion_mm(run), settled_rms_mm(run).unwrap());
+            assert!(
+                (60.0..250.0).contains(&greatest_mm),
+                "seed {}: {greatest_mm}",
+                run.summary.seed
+            );
+            assert!(settled_mm < 30.0, "seed {}: {settled_mm}", run.summary.seed);
+        }
+    }
+
+    /// R4 and AT14: oscillation grows with the period, and with the speed.
+    #[test]
+    fn slower_corrections_and_more_speed_oscillate_more() {
+        let base = Setting { acceleration_mps2: 2.0, ..Setting::THESIS };
+        let rms_mm = |run: &Outcome| settled_rms_mm(run).unwrap_or(f64::INFINITY);
+        let slow = Setting { period_ms: 600, ..base };
+        let pair = outcomes(&[Setting { period_ms: 100, ..base }, slow]);
+        assert_eq!(n_greater(&pair, rms_mm), N_RUNS as usize);
+        let pair = outcomes(&[base, Setting { speed_mps: 0.7, ..base }]);
+        assert_eq!(n_greater(&pair, rms_mm), N_RUNS as usize);
+    }
+
+    /// R4 and AT14: 0.7 m/s becomes possible with the remedies and a quick drive.
+    #[test]
+    fn the_remedies_help_at_speed() {
+        let fast = Setting { acceleration_mps2: 2.0, speed_mps: 0.7, ..Setting::THESIS };
+        let pair = outcomes(&[fast.with_all_remedies(), fast]);
+        assert!(pair[0].iter().all(|run| !lost(run)));
+        let rms_mm = |run: &Outcome| settled_rms_mm(run).unwrap_or(f64::INFINITY);
+        assert_eq!(n_greater(&pair, rms_mm), N_RUNS as usize);
+    }
+
+    /// R4 and AT14: a larger radius cuts the corner.
+    #[test]
+    fn a_larger_radius_cuts_the_corner() {
+        let options = Options { n_runs: N_RUNS, seed: RunSeed(11), n_threads: 0 };
+        let make = |i: usize, rng: &mut RandomStream| corner_mission([0.4, 0.68][i], rng);
+        let pair = run_all(2, &make, &options, &|_, _| ()).unwrap();
+        let cut_mm = |run: &Outcome| corner_cut_mm(run).unwrap();
+        assert_eq!(n_greater(&pair, cut_mm), N_RUNS as usize);
+    }
+
+    /// The tables are as wide as their heads, and every setting has its row.
+    #[test]
+    fn the_report_is_whole() {
+        let options = Options { n_runs: 1, ..Options::default() };
+        let report = run(&options, &|_, _| ()).unwrap();
+        assert!(report.tables().all(|t| t.rows.iter().all(|row| row.len() == t.head.len())));
+        let n_rows: Vec<usize> = report.tables().map(|table| table.rows.len()).collect();
+        assert_eq!(n_rows, [36, 4, 45, 4]);
+        assert_eq!(report.figures().count(), 6);
+        assert!(report.figures().all(|figure| figure.svg.starts_with("<svg")));
+    }
+}

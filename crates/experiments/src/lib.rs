@@ -1,0 +1,117 @@
+//! The published experiments, repeated and reported with figures.
+//!
+//! Each experiment runs missions through the whole closed loop, wire included, many times with seeds
+//! of its own, and writes a [`Report`]: what the document reports, what is measured here, and why they
+//! differ. Runs are spread over threads and collected by index, so that a report does not depend on the
+//! number of threads.
+//!
+//! ```no_run
+//! let experiment = experiments::by_name("assistant-7.4").unwrap();
+//! let options = experiments::Options { n_runs: 20, ..experiments::Options::default() };
+//! let report = experiment.run(&options, &|_done, _total| ())?;
+//! std::fs::write("report.html", report.to_html())?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod assistant_avoidance;
+mod assistant_trails;
+mod batch;
+mod chart;
+mod report;
+mod statistics;
+
+pub use report::{Figure, Report, Section, Table};
+pub use statistics::{Proportion, median};
+
+use run_context::RunSeed;
+
+/// How an experiment is repeated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// Runs per setting; 0 for the experiment's own number.
+    pub n_runs: u32,
+    /// Everything random follows from it.
+    pub seed: RunSeed,
+    /// Threads; 0 for one per core. The report does not depend on it.
+    pub n_threads: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { n_runs: 0, seed: RunSeed(1), n_threads: 0 }
+    }
+}
+
+/// An experiment that cannot be carried out.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExperimentError {
+    /// A mission of the experiment is refused.
+    #[error("a mission of the experiment is refused: {0}")]
+    Mission(#[from] missions::MissionError),
+    /// A mission cannot be started.
+    #[error("a mission of the experiment cannot be started: {0}")]
+    Run(#[from] missions::RunError),
+    /// A figure cannot be drawn.
+    #[error("a figure cannot be drawn: {0}")]
+    Figure(String),
+    /// The threads cannot be started.
+    #[error("the threads cannot be started: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+}
+
+/// Told how many runs are done, and of how many; called from any thread, not in order.
+pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
+
+type Body = fn(&Options, Progress<'_>) -> Result<Report, ExperimentError>;
+
+/// A published experiment.
+#[derive(Clone, Copy, Debug)]
+pub struct Experiment {
+    /// Its name on the command line: the document and the section.
+    pub name: &'static str,
+    /// What it is, in a line.
+    pub title: &'static str,
+    /// Runs per setting unless asked otherwise.
+    pub n_runs: u32,
+    body: Body,
+}
+
+impl Experiment {
+    /// Carries the experiment out.
+    ///
+    /// # Errors
+    ///
+    /// [`ExperimentError`] when a mission is refused, or threads or figures cannot be made.
+    pub fn run(
+        &self,
+        options: &Options,
+        progress: Progress<'_>,
+    ) -> Result<Report, ExperimentError> {
+        let n_runs = if options.n_runs == 0 { self.n_runs } else { options.n_runs };
+        let options = Options { n_runs, ..*options };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(options.n_threads).build()?;
+        pool.install(|| (self.body)(&options, progress))
+    }
+}
+
+/// All experiments, in the order of the document.
+pub const ALL: [Experiment; 2] = [
+    Experiment {
+        name: "assistant-7.4",
+        title: "Following virtual pheromones: trajectories, and sweeps of speed, period, radius and sets",
+        n_runs: 20,
+        body: assistant_trails::run,
+    },
+    Experiment {
+        name: "assistant-7.5",
+        title: "Bubble rebound: obstacles missed against speed, and a person who crosses",
+        n_runs: 200,
+        body: assistant_avoidance::run,
+    },
+];
+
+/// The experiment of that name.
+pub fn by_name(name: &str) -> Option<Experiment> {
+    ALL.into_iter().find(|experiment| experiment.name == name)
+}
