@@ -1,0 +1,169 @@
+//! What the fuzzers do with bytes from strangers: one function per decoder.
+//!
+//! Each function feeds bytes to one reader and checks what it promises for any bytes at all: no
+//! panic, bounded work, no difference when the bytes are cut, and that what was understood can be
+//! written and read again. They are called by the fuzz targets in `fuzz/` and, for every file of
+//! `fuzz/corpus/<name>/`, by an ordinary test of this crate.
+//!
+//! # Panics
+//!
+//! Every function panics when a promise is broken; that is how a fuzzer notices.
+#![expect(clippy::missing_panics_doc, reason = "a panic is how every target reports a fault")]
+
+use pheromones::{Field, Server, ServerConfig};
+use wire::{
+    arcos,
+    dle::{ByteOrder, Receiver},
+    ground_link, pheromone_link,
+};
+
+/// Feeds bytes to a decoder; panics when one of its promises is broken.
+pub type Target = fn(&[u8]);
+
+/// Name and function of every target; the name is that of its folder in `fuzz/corpus`.
+pub const TARGETS: &[(&str, Target)] = &[
+    ("activmedia_map", activmedia_map),
+    ("arcos_decoder", arcos_decoder),
+    ("decision_compile", decision_compile),
+    ("decision_image", decision_image),
+    ("dle_receiver", dle_receiver),
+    ("ground_link", ground_link),
+    ("mission_file", mission_file),
+    ("pheromone_map", pheromone_map),
+    ("pheromone_server", pheromone_server),
+];
+
+/// Whatever comes out, an error too, can be shown to a person.
+fn shown(outcome: &impl std::fmt::Debug) {
+    assert!(!format!("{outcome:?}").is_empty());
+}
+
+/// The packets of a Pioneer robot: found in the same places however the bytes are cut, and each
+/// body read both as a command and as a report.
+pub fn arcos_decoder(bytes: &[u8]) {
+    let decode = |pieces: &[&[u8]]| {
+        let mut decoder = arcos::Decoder::new();
+        let mut bodies = Vec::new();
+        for piece in pieces {
+            decoder.push(piece);
+            while let Some(packet) = decoder.next_packet() {
+                bodies.push(packet.body().to_vec());
+            }
+        }
+        (bodies, decoder.bytes_skipped(), decoder.bad_checksums())
+    };
+    let (head, tail) = bytes.split_at(bytes.len() / 2);
+    let whole = decode(&[bytes]);
+    assert_eq!(whole, decode(&[head, tail]), "a cut changes what is found");
+    for body in &whole.0 {
+        // Not everything is understood; what is understood must be read without harm.
+        shown(&arcos::Command::decode(body));
+        shown(&arcos::Report::decode(body));
+        assert!(!arcos::describe(body, true).is_empty());
+        assert!(!arcos::describe(body, false).is_empty());
+    }
+}
+
+/// Frames of the radio links: never more payload than the buffer holds.
+pub fn dle_receiver(bytes: &[u8]) {
+    let mut receiver = Receiver::with_buffer_size(64);
+    for &byte in bytes {
+        if let Some(payload) = receiver.push(byte) {
+            assert!(payload.len() < 64, "a payload longer than its buffer");
+        }
+    }
+}
+
+/// Messages between decision unit and vehicle, in both byte orders, with and without framing.
+pub fn ground_link(bytes: &[u8]) {
+    let mut receiver = Receiver::with_buffer_size(64);
+    let mut payloads = vec![bytes.to_vec()];
+    payloads.extend(bytes.iter().filter_map(|&byte| receiver.push(byte).map(<[u8]>::to_vec)));
+    for payload in &payloads {
+        for order in [ByteOrder::BigEndian, ByteOrder::LittleEndian] {
+            let mut again = Vec::new();
+            if let Ok(message) = ground_link::ToVehicle::decode(payload, order) {
+                message.encode(order, wire::dle::Framing::Stuffed, &mut again);
+                assert!(!again.is_empty(), "what was read cannot be written");
+            }
+            shown(&ground_link::ToGround::decode(payload, order));
+            shown(&pheromone_link::Request::decode(payload, order));
+            assert!(!ground_link::describe(payload, order, true).is_empty());
+            assert!(!ground_link::describe(payload, order, false).is_empty());
+            assert!(!pheromone_link::describe(payload, order).is_empty());
+        }
+        shown(&pheromone_link::Reply::decode(payload));
+    }
+}
+
+/// A pheromone server that hears noise: it answers with at most a few bytes for each it hears.
+pub fn pheromone_server(bytes: &[u8]) {
+    let Ok(field) = Field::new(8, 8, 0.1) else { return };
+    let mut server = Server::new(ServerConfig::default());
+    let mut out = Vec::new();
+    server.receive(&field, bytes, &mut out);
+    assert!(out.len() <= 4 * bytes.len() + 16, "{} bytes of answers", out.len());
+}
+
+/// A pheromone map as text: what is read is written and read again as the same.
+pub fn pheromone_map(bytes: &[u8]) {
+    let text = String::from_utf8_lossy(bytes);
+    if let Ok(field) = Field::from_text(&text, 0.1) {
+        let again = Field::from_text(&field.to_text(), 0.1);
+        let same = again
+            .is_ok_and(|again| again.width() == field.width() && again.values() == field.values());
+        assert!(same, "the map reads back differently");
+    }
+    shown(&Field::from_snapshot(&text));
+}
+
+/// A program of the decision language: analysed to the end, and its image is read back.
+pub fn decision_compile(bytes: &[u8]) {
+    let source = String::from_utf8_lossy(bytes);
+    let compilation = decision::compile(&source);
+    for diagnostic in &compilation.diagnostics {
+        let span = diagnostic.span.start..diagnostic.span.end;
+        assert!(source.get(span).is_some(), "{diagnostic:?} points beside the text");
+    }
+    if let Some(program) = compilation.program {
+        run(decision::Machine::from_image(program.image(), decision::Mode::Corrected), 200);
+        run(decision::Machine::new(program, decision::Mode::Listing), 200);
+    }
+}
+
+/// Bytes taken for the image of a program.
+pub fn decision_image(bytes: &[u8]) {
+    shown(&decision::decode(bytes));
+    // Few ticks: a damaged image runs astray until the watchdog barks, in every one of them.
+    run(decision::Machine::from_image(bytes, decision::Mode::Corrected), 5);
+    run(decision::Machine::from_image(bytes, decision::Mode::Listing), 5);
+}
+
+fn run(mut machine: decision::Machine, n_ticks: u32) {
+    machine.run();
+    for tick in 0..n_ticks {
+        machine.set_inputs(tick as u16);
+        machine.set_analog(0, tick as u8);
+        machine.tick_10ms();
+        machine.scan();
+        machine.drain_moves(|_| {});
+    }
+}
+
+/// A map of the robot's maker.
+pub fn activmedia_map(bytes: &[u8]) {
+    let text = String::from_utf8_lossy(bytes);
+    if let Ok(map) = simulator::activmedia_map::parse(&text) {
+        let world = map.to_segment_world();
+        assert!(world.len() <= text.len(), "more walls than characters");
+    }
+}
+
+/// A mission file: what is accepted is written out and accepted again.
+pub fn mission_file(bytes: &[u8]) {
+    let text = String::from_utf8_lossy(bytes);
+    if let Ok(mission) = missions::Mission::parse("fuzzed", &text, &[]) {
+        let again = missions::Mission::parse("fuzzed again", &mission.to_toml(), &[]);
+        assert!(again.is_ok(), "{:?}", again.err());
+    }
+}
