@@ -62,7 +62,8 @@ fn test_exists(repository: &Repository, test: &str) -> bool {
     let Some((member, path)) = test.split_once("::") else { return false };
     if member == "web" {
         let mut files = repository.files.iter().filter(|(file, _)| file.starts_with(WEB_TESTS));
-        let quoted = ['"', '\'', '`'].map(|quote| format!("test({quote}{path}{quote}"));
+        // Tests are declared with `test(` or with a wrapper such as `pageTest(`.
+        let quoted = ['"', '\'', '`'].map(|quote| format!("est({quote}{path}{quote}"));
         return files.any(|(_, text)| quoted.iter().any(|call| text.contains(call)));
     }
     let name = path.rsplit("::").next().unwrap_or(path);
