@@ -6,7 +6,7 @@ use geometry::{Se2, Vec2};
 
 use crate::verdict::Verdict;
 
-/// What does not change during a run, unless [`Run::scene_revision`](crate::Run::scene_revision) says so.
+/// What does not change during a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// x0, y0, x1, y1 (m).
@@ -19,7 +19,7 @@ pub struct Scene {
     pub things: Vec<SceneThing>,
     /// Names of rooms and where to write them (m).
     pub rooms: Vec<(String, Vec2)>,
-    /// Devices of the smart environment, in the order of [`ViewState::devices`].
+    /// Devices of the smart environment, in the order of [`ViewState::devices_on`].
     pub devices: Vec<SceneDevice>,
     /// Robots, in the order of [`ViewState::robots`].
     pub robots: Vec<SceneRobot>,

@@ -39,9 +39,9 @@ pub struct UncertaintyEllipse {
 }
 
 impl Default for OdometryNoise {
-    /// One centimetre per root metre and wheel: an indoor robot on a hard floor.
+    /// Three millimetres per root metre and wheel: an indoor robot on a hard floor.
     fn default() -> Self {
-        Self { left_std_ratio: 0.01, right_std_ratio: 0.01 }
+        Self { left_std_ratio: 0.003, right_std_ratio: 0.003 }
     }
 }
 
@@ -280,7 +280,7 @@ mod tests {
     #[test]
     fn straight_driving_is_less_sure_sideways_than_along() {
         // σ_yaw = √2 · 0.01 · √s / b; sideways it has integrated: ∫ gives s·σ_yaw/√3.
-        let noise = OdometryNoise::default();
+        let noise = OdometryNoise { left_std_ratio: 0.01, right_std_ratio: 0.01 };
         let mut p = PoseCovariance::zero();
         for _ in 0..1000 {
             p = p.propagated(0.0, 0.01, 0.01, &DRIVE, &noise);

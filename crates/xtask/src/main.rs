@@ -1,6 +1,6 @@
 //! Chores of the repository: `cargo xtask ci` and `cargo xtask tidy`.
 //!
-//! What a reviewer would say twice is a check in [`tidy`]; `cargo test -p xtask` runs them too.
+//! What a reviewer would say twice is a check in [`mod@tidy`]; `cargo test -p xtask` runs them too.
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command line tool")]
 
 use std::{

@@ -1,7 +1,7 @@
 //! The mission as people write it: one TOML table per component, units in the keys.
 //!
 //! Degrees are allowed here and nowhere else. Unknown keys are refused. Every field has a default
-//! that works; [`template`](crate::mission::template) lists them all with their documents. What is written
+//! that works; [`Mission::template`](crate::Mission::template) lists them all with their documents. What is written
 //! here is only relied on after [`Mission`](crate::Mission) has checked it.
 
 use serde::{Deserialize, Serialize};

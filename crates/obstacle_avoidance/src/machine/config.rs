@@ -24,7 +24,7 @@ pub enum HeadingCheck {
     Listing,
 }
 
-/// Settings of a [`Machine`].
+/// Settings of a [`Machine`](crate::Machine).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MachineConfig {
     /// When to aim at the target again.
@@ -99,7 +99,7 @@ impl Default for MachineConfig {
     }
 }
 
-/// A setting of a [`Machine`] outside its range.
+/// A setting of a [`Machine`](crate::Machine) outside its range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("avoider.{key} = {value}: must be {requirement}")]
 pub struct MachineConfigError {
