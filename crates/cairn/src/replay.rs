@@ -2,7 +2,6 @@
 
 use std::{path::PathBuf, process::ExitCode};
 
-use anyhow::Context;
 use missions::{Divergence, Replay, ReplayReport};
 use serde_json::json;
 use studio::{Options, Show};
@@ -53,8 +52,7 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     studio::serve(Show::Replay(args.recording.clone()), options, |address| {
         say!("Replay of {name}");
         say!("The studio is at http://{address} — open it in a browser; Ctrl-C ends it.");
-    })
-    .context("the studio ended")?;
+    })?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -6,7 +6,6 @@ use std::{
     time::{Duration, Instant},
 };
 
-use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
 use missions::{Mission, Recorder, Run};
 use run_context::RunSeed;
@@ -147,7 +146,6 @@ fn in_studio(
         say!("{title} (seed {})", seed.0);
         say!("The studio is at http://{address} — open it in a browser; Ctrl-C ends it.");
     })
-    .context("the studio ended")
     .map(|recording| {
         if let Some(path) = recording {
             say!("Recorded in {}", path.display());

@@ -92,6 +92,8 @@ fn interventions_that_cannot_be_are_refused_with_a_reason() {
     );
     let on_the_robot = Intervention::PlaceBox { at: Vec2::new(-2.6, -3.1), size_m: 0.4 };
     assert!(refused(on_the_robot).contains("cannot stand"));
+    let in_a_wall = Intervention::PlaceBox { at: Vec2::new(-6.0, 0.0), size_m: 0.4 };
+    assert!(refused(in_a_wall).contains("a wall is there"));
     let huge = Intervention::PlaceBox { at: Vec2::new(0.0, 0.0), size_m: f64::NAN };
     assert_eq!(refused(huge), "the side of a box must be from 0.05 to 3 m");
     assert!(run.interventions().is_empty(), "a refused intervention was recorded");

@@ -34,6 +34,22 @@ fn check_added(lines: &str, expected: &Expect) {
 }
 
 #[test]
+fn only_robots_may_be_elsewhere() {
+    check(
+        &format!("{SMALL}[pheromones]\ntrails_m = [[[0.0, 0.0], [1.0, 0.0]]]\n"),
+        &["pheromones.link.kind=tcp"],
+        &expect![[
+            r#"--set pheromones.link.kind=tcp: pheromones.link.kind = "tcp": must be one of `memory`, `direct`"#
+        ]],
+    );
+    check(
+        SMALL,
+        &["robots.link.kind=tcp", "robots.link.address=127.0.0.1:8101"],
+        &expect!["accepted: small"],
+    );
+}
+
+#[test]
 fn the_small_mission_is_accepted() {
     check(SMALL, &[], &expect!["accepted: small"]);
 }

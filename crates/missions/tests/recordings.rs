@@ -47,6 +47,16 @@ fn a_replay_has_the_same_hash_at_every_step() {
 }
 
 #[test]
+fn a_replay_never_moves_a_robot_elsewhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    record(&path, 10);
+    let elsewhere = ["robots.link.kind=tcp", "robots.link.address=127.0.0.1:9"];
+    let error = Replay::open_with(&path, &elsewhere.map(ToOwned::to_owned)).unwrap_err();
+    assert!(error.to_string().contains("robots.link.kind=memory"), "{error}");
+}
+
+#[test]
 fn a_replay_with_another_parameter_names_the_first_difference() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");

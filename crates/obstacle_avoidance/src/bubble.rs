@@ -173,6 +173,17 @@ mod tests {
     }
 
     #[test]
+    fn silence_is_no_obstacle_however_far_the_boundary_reaches() {
+        let bubble = eight();
+        // 10 · 1 m/s · 0.5 s reaches the cap of 5 m exactly.
+        assert_eq!(bubble.limit_m(3, 1.0, 0.5), 5.0);
+        assert!(!bubble.is_inside(3, 5.0, 1.0, 0.5), "nothing was heard");
+        assert!(bubble.is_inside(3, 4.999, 1.0, 0.5));
+        assert!(bubble.is_inside(3, f64::NAN, 1.0, 0.5), "a broken sensor stops the robot");
+        assert_eq!(bubble.check(&[5.0; 8], 1.0, 0.5).first, None);
+    }
+
+    #[test]
     fn cap_and_floor_hold() {
         let bubble = eight();
         assert_eq!(bubble.limit_m(3, 0.0, 0.2), 0.2);

@@ -136,11 +136,11 @@ pageTest("dragging pans, the wheel zooms at the pointer, F fits again", async ({
 pageTest("the bell lights its device, its input and the timer", async ({ page, sent }) => {
   await page.getByRole("button", { name: /Ring the doorbell/ }).click();
   assert.deepEqual(await eventually("the request", () => sent("press")[0]), { type: "press", device: "bell" });
-  for (let i = 0; i < 3; i += 1) await page.keyboard.press(".");
+  await page.keyboard.press(".");
   await page.locator("button.device.on").waitFor();
   await page.locator(".source .operand-high[data-resource=I0]").first().waitFor();
   await page.locator(".source .operand-high[data-resource=Y2]").first().waitFor();
-  await page.locator(".timer.on[data-timer='16']").getByText(/14\.9|15\.0/).waitFor();
+  await page.locator(".timer.on[data-timer='16']").getByText(/14\.[5-9]|15\.0/).waitFor();
 });
 
 pageTest("an operand shows its eight samples on hover and on focus", async ({ page }) => {
