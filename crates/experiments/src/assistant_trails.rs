@@ -231,7 +231,7 @@ fn trajectories(straight: &[Outcome], free: &[Outcome]) -> Result<Section, Exper
         heading: "Trajectories".to_owned(),
         text: vec![
             "The thesis records the path for an initial heading error of 45° (Fig. 7.7, lost) and on \
-             an arbitrary trail (Fig. 7.10). The trail is drawn as wide as it is marked: one cell."
+             an arbitrary trail (Fig. 7.10)."
                 .to_owned(),
         ],
         tables: Vec::new(),
