@@ -34,6 +34,32 @@ fn check_added(lines: &str, expected: &Expect) {
 }
 
 #[test]
+fn a_goal_that_the_link_cannot_carry_is_refused() {
+    let goal =
+        "[[events]]\nat_s = 1.0\ndo = \"goal\"\nrobot = \"robot\"\npose = [33.0, 0.0, 0.0]\n";
+    check_added(
+        goal,
+        &expect![
+            "small.toml:19:8: events[0].pose = a goal farther away: must be within 32 m of the origin, because the link carries millimetres in 16 bits"
+        ],
+    );
+    let nearer = goal.replace("33.0", "-31.9");
+    check_added(&nearer, &expect!["accepted: small"]);
+    check(&format!("{SMALL}{goal}"), &["robots.link.kind=direct"], &expect!["accepted: small"]);
+}
+
+#[test]
+fn random_boxes_have_names_of_their_own() {
+    let boxes = "[[world.random_boxes]]\narea_m = [-1.0, -1.0, 1.0, 1.0]\n";
+    check_added(
+        &format!("{boxes}{boxes}"),
+        &expect![[
+            r#"small.toml:17:1: world.random_boxes[1].name = "box": must be a name of its own; world.random_boxes[0] has this one"#
+        ]],
+    );
+}
+
+#[test]
 fn only_robots_may_be_elsewhere() {
     check(
         &format!("{SMALL}[pheromones]\ntrails_m = [[[0.0, 0.0], [1.0, 0.0]]]\n"),

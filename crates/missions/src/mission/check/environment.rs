@@ -42,6 +42,7 @@ pub(super) fn world(file: &MissionFile, trails: Option<&PheromonePlan>) -> Check
     for (i, one) in world.people.iter().enumerate() {
         plan.people.push(person(&format!("world.people[{i}]"), one)?);
     }
+    unique("world.random_boxes", world.random_boxes.iter().map(|b| b.name.as_str()))?;
     for (i, boxes) in world.random_boxes.iter().enumerate() {
         plan.random_boxes.push(random_boxes(&format!("world.random_boxes[{i}]"), boxes, trails)?);
     }

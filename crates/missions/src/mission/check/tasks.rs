@@ -6,10 +6,14 @@ use super::super::{
     error::Wrong,
     file::{DecisionFile, EventFile, MissionFile},
     plan::{
-        Action, DecisionPlan, DevicePlan, DeviceWiring, EventPlan, GoalPose, Requirement, RobotPlan,
+        Action, DecisionPlan, DevicePlan, DeviceWiring, EventPlan, GoalPose, LinkPlan, Requirement,
+        RobotPlan,
     },
 };
 use super::{Checked, N_SIMULATED_LINKS, choose, link, named, point, pose, range, seconds};
+
+/// Greatest coordinate of a goal that a link with bytes carries, metres: 32 767 mm, rounded down.
+const GOAL_MAX_M: f64 = 32.0;
 
 /// `[decision]`: the program compiles, the robot exists, the inputs are free.
 pub(super) fn decision(
@@ -109,10 +113,12 @@ fn event(
             }
             Action::Button { device, pressed: kind == 0 }
         }
-        2 => Action::Goal {
-            robots: robots_named(key, &file.robot, robots)?,
-            pose: goal(key, file.pose, file.pose_from_start)?,
-        },
+        2 => {
+            let sent = robots_named(key, &file.robot, robots)?;
+            let pose = goal(key, file.pose, file.pose_from_start)?;
+            goal_fits_the_link(key, pose, sent.iter().map(|&i| &robots[i]))?;
+            Action::Goal { robots: sent, pose }
+        }
         3 => Action::Stop { robots: robots_named(key, &file.robot, robots)? },
         4 => {
             let Some(at) = file.at_m else {
@@ -155,6 +161,24 @@ fn goal(key: &str, in_map: Option<[f64; 3]>, from_start: Option<[f64; 3]>) -> Ch
             Err(Wrong::prose(format!("{key}.pose"), found, allowed))
         }
     }
+}
+
+/// Links with bytes carry a coordinate as millimetres in 16 bits.
+fn goal_fits_the_link<'a>(
+    key: &str,
+    pose: GoalPose,
+    mut robots: impl Iterator<Item = &'a RobotPlan>,
+) -> Checked<()> {
+    let fits = |robot: &RobotPlan| {
+        let goal = pose.resolve(robot.start).position();
+        matches!(robot.link, LinkPlan::Direct) || goal.amax() <= GOAL_MAX_M
+    };
+    if robots.all(fits) {
+        return Ok(());
+    }
+    let name = if matches!(pose, GoalPose::InMap(_)) { "pose" } else { "pose_from_start" };
+    let allowed = "within 32 m of the origin, because the link carries millimetres in 16 bits";
+    Err(Wrong::prose(format!("{key}.{name}"), "a goal farther away", allowed))
 }
 
 /// `[success]`.
