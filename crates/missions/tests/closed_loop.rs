@@ -118,3 +118,44 @@ fn without_its_navigator_the_mission_fails() {
         verdict.checks.iter().filter(|c| !c.passed).map(|c| c.name.as_str()).collect();
     assert_eq!(failed, ["arrived", "switched on", "switched on"]);
 }
+
+/// The verdict's text of a mission given as text.
+fn text_of(mission: &str) -> String {
+    let mission = Mission::parse("test.toml", mission, &[]).unwrap();
+    let seed = mission.seed();
+    Run::new(mission, seed).unwrap().run_to_end().text.clone()
+}
+
+#[test]
+fn a_waiting_goal_waits_for_its_own_robot_only() {
+    let robot = |name: &str, y: f64| {
+        format!(
+            "[[robots]]\nname = \"{name}\"\nstart = [0.0, {y}, 0.0]\nlink.kind = \"direct\"\n\
+             navigator.route = \"direct\"\n"
+        )
+    };
+    let goal = |name: &str, x: f64, y: f64, after: bool| {
+        format!(
+            "[[events]]\nat_s = 1.0\ndo = \"goal\"\nrobot = \"{name}\"\npose = [{x}, {y}, 0.0]\n\
+             after_arrival = {after}\n"
+        )
+    };
+    // The far robot is on its way for half a minute; the near one must not wait for it.
+    let text = [
+        "[mission]\nname = \"two\"\nduration_max_s = 60.0\n".to_owned(),
+        robot("far", -2.0) + &robot("near", 2.0),
+        goal("far", 9.0, -2.0, false) + &goal("near", 1.0, 2.0, false),
+        goal("far", 10.0, -2.0, true) + &goal("near", 2.0, 2.0, true),
+        "[[success.arrived]]\nrobot = \"near\"\npose = [2.0, 2.0, 0.0]\nby_s = 20.0\n".to_owned(),
+    ];
+    assert_eq!(text_of(&text.concat()), "every requirement holds");
+}
+
+#[test]
+fn the_clearance_sees_people_who_walk_very_slowly() {
+    let text = "[mission]\nname = \"slow\"\nduration_max_s = 20.0\n\
+        [[world.people]]\nname = \"slow\"\nroute_m = [[2.0, 0.0], [-2.0, 0.0]]\nspeed_mps = 0.06\n\
+        [[robots]]\nlink.kind = \"direct\"\nnavigator.route = \"direct\"\n\
+        [success]\nclearance_min_m = 1.2\n";
+    assert_eq!(text_of(text), "failed: clearance");
+}

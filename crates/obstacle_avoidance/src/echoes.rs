@@ -292,6 +292,17 @@ mod tests {
     }
 
     #[test]
+    fn silence_of_a_short_sensor_leaves_no_echo() {
+        let config = EchoMemoryConfig { silence_m: 1.96, ..EchoMemoryConfig::default() };
+        let mut memory = EchoMemory::new(config);
+        // A sensor that reaches 2 m reads 2 m when it hears nothing.
+        memory.observe(at(0), Se2::IDENTITY, &[AHEAD], &[2.0], 1);
+        assert_eq!(memory.len(), 0);
+        memory.observe(at(0), Se2::IDENTITY, &[AHEAD], &[1.9], 1);
+        assert_eq!(memory.len(), 1);
+    }
+
+    #[test]
     fn echoes_are_forgotten_by_age_and_by_being_seen_through() {
         let mut memory = memory();
         memory.observe(at(0), Se2::IDENTITY, &[AHEAD], &[0.5], 1);
