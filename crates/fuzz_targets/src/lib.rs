@@ -11,6 +11,7 @@
 #![expect(clippy::missing_panics_doc, reason = "a panic is how every target reports a fault")]
 
 use pheromones::{Field, Server, ServerConfig};
+use recordings::ReadOptions;
 use wire::{
     arcos,
     dle::{ByteOrder, Receiver},
@@ -24,13 +25,17 @@ pub type Target = fn(&[u8]);
 pub const TARGETS: &[(&str, Target)] = &[
     ("activmedia_map", activmedia_map),
     ("arcos_decoder", arcos_decoder),
+    ("cairn_scan", cairn_scan),
     ("decision_compile", decision_compile),
     ("decision_image", decision_image),
     ("dle_receiver", dle_receiver),
     ("ground_link", ground_link),
+    ("mat_file", mat_file),
     ("mission_file", mission_file),
     ("pheromone_map", pheromone_map),
     ("pheromone_server", pheromone_server),
+    ("recording_file", recording_file),
+    ("trajectory_file", trajectory_file),
 ];
 
 /// Whatever comes out, an error too, can be shown to a person.
@@ -165,5 +170,73 @@ pub fn mission_file(bytes: &[u8]) {
     if let Ok(mission) = missions::Mission::parse("fuzzed", &text, &[]) {
         let again = missions::Mission::parse("fuzzed again", &mission.to_toml(), &[]);
         assert!(again.is_ok(), "{:?}", again.err());
+    }
+}
+
+/// Between the two files of a recording in the corpus.
+const SECOND_FILE: &[u8] = b"=====\n";
+
+/// A recording of any format, with its second file behind a line of `=====`; what is read holds what a
+/// recording promises, and as CSV reads back as the same.
+pub fn recording_file(bytes: &[u8]) {
+    let at = bytes.windows(SECOND_FILE.len()).position(|w| w == SECOND_FILE);
+    let (first, second) =
+        at.map_or((bytes, &[][..]), |at| (&bytes[..at], &bytes[at + SECOND_FILE.len()..]));
+    let options = ReadOptions {
+        poses: Some(second),
+        truth: (!second.is_empty()).then_some(second),
+        bytes_max: 1 << 22,
+        ..ReadOptions::default()
+    };
+    let loaded = match recordings::read("fuzzed", first, &options) {
+        Ok(loaded) => loaded,
+        Err(error) => return assert!(!error.to_string().is_empty()),
+    };
+    let recording = &loaded.recording;
+    assert!(recording.scans.is_sorted_by_key(|scan| scan.stamp), "time goes back");
+    let n = recording.rig.n_readings();
+    for scan in &recording.scans {
+        assert_eq!(scan.ranges_m.len(), n);
+        assert!(scan.ranges_m.iter().all(|range| *range >= 0.0), "{:?}", scan.ranges_m);
+    }
+    let text = recordings::csv::write(recording);
+    let again = recordings::read("again", text.as_bytes(), &ReadOptions::default());
+    match again {
+        // Scans whose clock was mended may now be repeats of each other.
+        Ok(again) => assert!(again.recording.scans.len() <= recording.scans.len(), "{text}"),
+        Err(error) => panic!("what was written cannot be read again: {error}\n{text}"),
+    }
+}
+
+/// A MAT file: no matrix has other than its size in values, and what is read is written and read again.
+pub fn mat_file(bytes: &[u8]) {
+    let Ok(file) = recordings::mat::MatFile::parse(bytes, 1 << 22) else { return };
+    for matrix in &file.matrices {
+        assert_eq!(matrix.values.len(), matrix.dimensions.iter().product::<usize>());
+    }
+    let written = recordings::mat::write(&file.matrices);
+    let again = recordings::mat::MatFile::parse(&written, 1 << 26);
+    assert!(again.is_ok_and(|again| again.matrices.len() == file.matrices.len()));
+}
+
+/// Poses and relations: in order, and what is written reads back as many.
+pub fn trajectory_file(bytes: &[u8]) {
+    shown(&recordings::trajectories::read_relations("fuzzed", bytes));
+    if let Ok(found) = recordings::trajectories::read_poses("fuzzed", bytes) {
+        assert!(found.poses.is_sorted_by_key(|pose| pose.stamp));
+        let text = recordings::trajectories::write_tum(&found.poses, found.epoch_ns);
+        let again = recordings::trajectories::read_poses("again", text.as_bytes());
+        assert!(again.is_ok_and(|again| again.poses.len() == found.poses.len()));
+    }
+}
+
+/// One message of a robot's scans: what is read is the same bytes when it is written.
+pub fn cairn_scan(bytes: &[u8]) {
+    shown(&recordings::cairn_mcap::decode_rig(bytes));
+    if let Ok(message) = recordings::cairn_mcap::decode_scan(bytes) {
+        let mut again = Vec::new();
+        recordings::cairn_mcap::encode_scan(&message.scan, message.truth, &mut again);
+        let decoded = recordings::cairn_mcap::decode_scan(&again);
+        assert_eq!(decoded, Ok(message), "the message reads back differently");
     }
 }

@@ -1,0 +1,55 @@
+//! What a robot sensed, as recorded: range readings with the odometry of their moment.
+//!
+//! A [`Recording`] is the one shape in which measured and simulated runs reach the mappers, whatever
+//! file they came from. [`read`] takes the bytes of a file, finds out what they are, and gives the recording
+//! with a list of [`Complaints`]: what was wrong, at which line, and what was done about it. Only a file
+//! of which nothing can be used is an error.
+//!
+//! | format | read | written |
+//! | --- | --- | --- |
+//! | CARMEN log (`.clf`, `.log`) | [`read`], [`Format::Carmen`] | – |
+//! | MRPT laser text | [`read`], [`Format::MrptLaser`] | – |
+//! | MAT file of level 5 | [`read`], [`Format::Mat`]; any matrix: [`mat::MatFile`] | [`sonar_files::write_mat`] |
+//! | ARTEMIC's two texts | [`read`], [`Format::ArtemicText`] | [`sonar_files::write_artemic_text`] |
+//! | sonar text with stamps, and a pose file | [`read`], [`Format::SonarText`] | – |
+//! | CSV | [`read`], [`Format::Csv`] | [`csv::write`] |
+//! | cairn's MCAP | [`read`], [`Format::CairnMcap`] | [`cairn_mcap`] |
+//! | relations between poses | [`trajectories::read_relations`] | – |
+//! | poses (TUM, `t x y yaw`) | [`trajectories::read_poses`] | [`trajectories::write_tum`] |
+//!
+//! # What happens to bad lines
+//!
+//! A line that cannot be read is skipped and counted. A reading that is NaN or negative becomes "nothing
+//! came back"; a line of which more than half is like that is skipped. Scans of another number of
+//! readings than most are skipped. The same scan twice (equal stamp, ranges and odometry) is taken once.
+//!
+//! Stamps that go back: of the two orders, that of the file and that of the stamps, the one is taken in which
+//! the robot's odometry travels less (without odometry, in which the ranges change less); so lines
+//! that were shuffled are sorted, and a clock that was set back does not mix two parts of a run. Where the
+//! order of the file is right, time goes on from the line before. Where most stamps are equal, they order
+//! nothing: the order of the file is kept and odometry lines of their own are left out.
+
+mod assemble;
+pub mod cairn_mcap;
+mod carmen;
+mod complaints;
+pub mod csv;
+mod error;
+pub mod mat;
+mod mcap_records;
+mod mrpt;
+mod numbers;
+mod options;
+mod order;
+mod read;
+mod recording;
+mod rings;
+pub mod sonar_files;
+pub mod trajectories;
+
+pub use complaints::{Action, Complaint, Complaints, Place, Trouble};
+pub use error::RecordingError;
+pub use options::ReadOptions;
+pub use read::{Format, Loaded, read};
+pub use recording::{LaserRig, Recording, Rig, RingRig, Scan, StampedPose, interpolate_pose};
+pub use rings::Ring;
