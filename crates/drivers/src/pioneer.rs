@@ -318,8 +318,8 @@ impl PioneerDriver {
     ) {
         self.counters.n_sips += 1;
         self.last_sip = now;
-        let status = self.status.read(sip);
         let about = self.config.line.sent_at(now, body_len + 5);
+        let status = self.status.read(about, sip);
         observations.push(Observation { about, value: Sensed::Robot(status) });
     }
 }

@@ -28,6 +28,7 @@ mod mission;
 mod record;
 mod replay;
 mod run;
+mod sensing;
 mod summary;
 mod transport;
 mod verdict;
@@ -38,6 +39,7 @@ pub use mission::{ExpectedVerdict, Mission, MissionError, SettingError, ShippedI
 pub use record::{RecordError, Recorder};
 pub use replay::{Divergence, Replay, ReplayError, ReplayReport};
 pub use run::{Run, RunError, STEP, world_of};
+pub use sensing::{PoseReport, RingRow, SensedRun, SensedStep, SensorLog, sense};
 pub use summary::{Figure, Summary};
 pub use transport::{MemoryTransport, SerialTransport, TcpTransport, Transport, TransportError};
 pub use verdict::{Check, Verdict};

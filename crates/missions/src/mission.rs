@@ -7,7 +7,6 @@
 mod check;
 mod error;
 pub mod file;
-mod overrides;
 pub(crate) mod plan;
 mod shipped;
 
@@ -229,15 +228,14 @@ impl Mission {
         let mut file: MissionFile = toml::from_str(text).map_err(syntax)?;
         if !overrides.is_empty() {
             let mut table: toml::Table = toml::from_str(text).map_err(syntax)?;
-            overrides.iter().try_for_each(|given| overrides::apply(&mut table, given))?;
+            overrides.iter().try_for_each(|given| settings::apply(&mut table, given))?;
             file = table.try_into().map_err(|e: toml::de::Error| MissionError::Override {
                 given: overrides.join(" --set "),
                 problem: e.to_string().trim_end().to_owned(),
             })?;
         }
-        let locate = |wrong: error::Wrong| match overrides::setter(overrides, &wrong.key) {
-            Some(given) => wrong.located(&format!("--set {given}"), ""),
-            None => wrong.located(origin, text),
+        let locate = |wrong: error::Wrong| {
+            MissionError::Setting(Box::new(wrong.located(origin, text, overrides)))
         };
         inline(&mut file, read).map_err(locate)?;
         check::check(file).map_err(locate)
@@ -249,7 +247,8 @@ impl TryFrom<MissionFile> for Mission {
 
     /// Checks a mission that was put together in memory; programs and maps must be inline.
     fn try_from(file: MissionFile) -> Result<Self, MissionError> {
-        check::check(file).map_err(|wrong| wrong.located("the mission", ""))
+        check::check(file)
+            .map_err(|wrong| MissionError::Setting(Box::new(wrong.located("the mission", "", &[]))))
     }
 }
 

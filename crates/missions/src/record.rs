@@ -7,9 +7,12 @@
 //! | `/cairn/hash` | 16 bytes, little endian | step and state hash after every step |
 //! | `/cairn/state` | JSON | what a screen shows, ten times a second |
 //! | `/cairn/log` | JSON | events in words |
+//! | `/cairn/rig/<robot>` | JSON | what its ranges mean; before the first step |
+//! | `/cairn/scan/<robot>` | `cairn.scan.v1` | a row of its ring with dead reckoning and truth |
 //! | `/cairn/end` | JSON | steps taken and the verdict; absent when the recording was cut off |
 //!
-//! Log times are virtual. The file is written beside its final name and renamed at the end, so that a name
+//! Log times are virtual; a scan is published at the time that it is about. The last two topics are those of
+//! [`recordings::cairn_mcap`], so that a recorded run can be mapped like any other log. The file is written beside its final name and renamed at the end, so that a name
 //! always means a whole recording; what a crash leaves behind (`….part`) replays as far as it goes.
 
 use std::{
@@ -20,17 +23,23 @@ use std::{
 };
 
 use mcap::{WriteOptions, Writer, records::MessageHeader};
+use recordings::cairn_mcap::{
+    RIG_ENCODING, SCAN_ENCODING, encode_rig, encode_scan, rig_topic, scan_topic,
+};
+use run_context::Stamp;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use crate::{
     intervention::InterventionRecord,
-    run::Run,
+    run::{Run, rig},
     view::{LogItem, Pose, SceneThing, ViewDecision, ViewRobot, ViewState},
 };
 
-/// Version of the recording's layout.
-pub(crate) const FORMAT: u32 = 1;
+/// Version of the recording's layout; 1 had no rigs and scans.
+pub(crate) const FORMAT: u32 = 2;
+/// The layouts that can be replayed.
+pub(crate) const FORMATS_READ: std::ops::RangeInclusive<u32> = 1..=FORMAT;
 /// Steps between two recorded views.
 const VIEW_STEPS: u64 = 10;
 /// Bytes collected before they are written out; at most so much is lost in a crash.
@@ -105,8 +114,11 @@ pub struct Recorder {
     part: PathBuf,
     writer: Writer<BufWriter<File>>,
     channels: [u16; 6],
+    /// One for each robot.
+    scan_channels: Vec<u16>,
     n_interventions: usize,
     sequence: u32,
+    scratch: Vec<u8>,
 }
 
 impl std::fmt::Debug for Recorder {
@@ -140,7 +152,16 @@ impl Recorder {
             *id = writer.add_channel(0, topic, encoding, &BTreeMap::new()).map_err(refuse)?;
         }
         let path = path.to_owned();
-        let mut recorder = Self { path, part, writer, channels, n_interventions: 0, sequence: 0 };
+        let mut recorder = Self {
+            path,
+            part,
+            writer,
+            channels,
+            scan_channels: Vec::with_capacity(run.mission().n_robots()),
+            n_interventions: 0,
+            sequence: 0,
+            scratch: Vec::new(),
+        };
         let head = Head {
             format: FORMAT,
             cairn: env!("CARGO_PKG_VERSION").to_owned(),
@@ -148,6 +169,7 @@ impl Recorder {
             mission: run.mission().to_toml(),
         };
         recorder.write_json(HEAD, run, &json!(head))?;
+        recorder.write_rigs(run)?;
         Ok(recorder)
     }
 
@@ -167,6 +189,7 @@ impl Recorder {
             let view = run.view();
             self.write_json(STATE, run, &view_json(&view))?;
         }
+        self.write_scans(run)?;
         for item in log {
             let t_s = item.step as f64 * 0.01;
             let value = json!({"t_s": t_s, "level": item.level.name(), "text": item.text});
@@ -198,6 +221,37 @@ impl Recorder {
         Ok(self.path)
     }
 
+    /// Each robot's rig, and a channel for its scans.
+    fn write_rigs(&mut self, run: &Run) -> Result<(), RecordError> {
+        let part = self.part.clone();
+        let refuse = |source| RecordError::Mcap { path: part.clone(), source };
+        let now = run.now();
+        for plan in &run.mission().parts().robots {
+            let mut add = |topic: &str, encoding: &str| {
+                self.writer.add_channel(0, topic, encoding, &BTreeMap::new()).map_err(refuse)
+            };
+            let rig_channel = add(&rig_topic(&plan.name), RIG_ENCODING)?;
+            let scan_channel = add(&scan_topic(&plan.name), SCAN_ENCODING)?;
+            self.scan_channels.push(scan_channel);
+            self.write_to(rig_channel, now, now, &encode_rig(&rig(plan)))?;
+        }
+        Ok(())
+    }
+
+    /// The rows that became whole in the last step.
+    fn write_scans(&mut self, run: &Run) -> Result<(), RecordError> {
+        let mut data = std::mem::take(&mut self.scratch);
+        for (robot, sensed) in run.sensed().enumerate() {
+            for row in sensed.rows {
+                data.clear();
+                encode_scan(&row.to_scan(), row.report.world_from_base, &mut data);
+                self.write_to(self.scan_channels[robot], run.now(), row.report.stamp, &data)?;
+            }
+        }
+        self.scratch = data;
+        Ok(())
+    }
+
     fn interventions(&mut self, run: &Run) -> Result<(), RecordError> {
         for new in &run.interventions()[self.n_interventions..] {
             self.write_json(INTERVENTIONS, run, &json!(InterventionRecord::from(new)))?;
@@ -213,13 +267,22 @@ impl Recorder {
     fn write(&mut self, topic: &str, run: &Run, data: &[u8]) -> Result<(), RecordError> {
         let topics = [HEAD, INTERVENTIONS, HASH, STATE, LOG, END];
         let place = topics.iter().position(|&t| t == topic).unwrap_or(0);
-        let time = run.now().as_nanos();
+        self.write_to(self.channels[place], run.now(), run.now(), data)
+    }
+
+    fn write_to(
+        &mut self,
+        channel_id: u16,
+        now: Stamp,
+        about: Stamp,
+        data: &[u8],
+    ) -> Result<(), RecordError> {
         self.sequence = self.sequence.wrapping_add(1);
         let header = MessageHeader {
-            channel_id: self.channels[place],
+            channel_id,
             sequence: self.sequence,
-            log_time: time,
-            publish_time: time,
+            log_time: now.as_nanos(),
+            publish_time: about.as_nanos(),
         };
         let refuse = |source| RecordError::Mcap { path: self.part.clone(), source };
         self.writer.write_to_known_channel(&header, data).map_err(refuse)

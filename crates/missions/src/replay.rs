@@ -12,7 +12,7 @@ use run_context::RunSeed;
 use crate::{
     intervention::{InterventionRecord, RecordedIntervention},
     mission::{Mission, MissionError},
-    record::{END, EndRecord, FORMAT, HASH, HEAD, Head, INTERVENTIONS},
+    record::{END, EndRecord, FORMATS_READ, HASH, HEAD, Head, INTERVENTIONS},
     run::{Run, RunError},
 };
 
@@ -127,8 +127,12 @@ impl Replay {
         let wrong = |problem: String| ReplayError::NotARecording { path: path.to_owned(), problem };
         let contents = Contents::read(bytes).map_err(wrong)?;
         let head = contents.head.ok_or_else(|| wrong("it has no head".to_owned()))?;
-        if head.format != FORMAT {
-            let problem = format!("its layout is {}, this version reads {FORMAT}", head.format);
+        if !FORMATS_READ.contains(&head.format) {
+            let (oldest, newest) = (FORMATS_READ.start(), FORMATS_READ.end());
+            let problem = format!(
+                "its layout is {}, this version reads {oldest} to {newest}; a newer version wrote it",
+                head.format
+            );
             return Err(wrong(problem));
         }
         let mission = Mission::parse("the recorded mission", &head.mission, overrides)?;

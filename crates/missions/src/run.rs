@@ -13,9 +13,11 @@ mod ground;
 mod judge;
 mod lines;
 mod metrics;
+mod ring_log;
 mod scene;
 mod show;
 mod tap;
+mod teleoperator;
 mod vehicle;
 
 use std::{collections::VecDeque, time::Duration};
@@ -32,6 +34,7 @@ use crate::{
         Mission,
         plan::{Action, GoalPose},
     },
+    sensing::SensedStep,
     summary::Summary,
     transport::TransportError,
     verdict::Verdict,
@@ -41,6 +44,7 @@ use devices::Devices;
 use ground::DecisionNode;
 use judge::Judge;
 use metrics::RobotMetrics;
+pub(crate) use ring_log::rig;
 use vehicle::{GroundOrder, Vehicle};
 
 /// One step of virtual time.
@@ -160,7 +164,9 @@ impl Run {
             .iter()
             .zip(&vehicles)
             .map(|(r, v)| {
-                RobotMetrics::new(v.body, r.start, r.path.as_ref().or(trail.as_ref()).cloned())
+                let by_hand = r.teleoperator.as_ref().map(|t| &t.path);
+                let path = by_hand.or(r.path.as_ref()).or(trail.as_ref());
+                RobotMetrics::new(v.body, r.start, path.cloned())
             })
             .collect();
         let devices = Devices::new(&parts.devices);
@@ -287,6 +293,12 @@ impl Run {
     /// always in the same order; nothing without a program. Does not allocate.
     pub fn decision_resources(&self) -> impl Iterator<Item = (&str, u8)> {
         self.decision.iter().flat_map(DecisionNode::resources)
+    }
+
+    /// What each robot reported and measured during the last step, in the robots' order. Does not
+    /// allocate.
+    pub fn sensed(&self) -> impl Iterator<Item = SensedStep<'_>> {
+        self.vehicles.iter().map(|vehicle| vehicle.ring_log().sensed())
     }
 
     /// The run in figures.
@@ -510,6 +522,9 @@ impl Run {
             } else {
                 let reported = vehicle.navigator().view().map_from_base.se2();
                 metrics.update_reported(reported, vehicle.is_following());
+            }
+            if vehicle.sets_off_by_hand() {
+                metrics.goal_given(self.steps);
             }
             metrics.arrival(vehicle.has_arrived(), self.steps);
         }

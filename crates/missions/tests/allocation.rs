@@ -24,3 +24,8 @@ fn following_a_trail_with_every_node_allocates_nothing() {
 fn driving_straight_allocates_nothing() {
     assert_eq!(quietest_second("one-obstacle", 5, 5), 0);
 }
+
+#[test]
+fn driving_by_hand_and_reading_along_allocates_nothing() {
+    assert_eq!(quietest_second("artemic-e4", 5, 5), 0);
+}

@@ -159,3 +159,21 @@ fn the_clearance_sees_people_who_walk_very_slowly() {
         [success]\nclearance_min_m = 1.2\n";
     assert_eq!(text_of(text), "failed: clearance");
 }
+
+#[test]
+fn the_rooms_for_mapping_are_driven_through_whatever_dead_reckoning_does() {
+    for name in ["artemic-e1", "artemic-e2", "artemic-e3", "artemic-e4"] {
+        let summary = check(name);
+        assert!(summary.figure("clearance_min_m").unwrap() > 0.15, "{name}");
+        for odometry in [
+            "robots.odometry={drift_degpm=0.0, slip_std_ratio=0.0}",
+            "robots.odometry={drift_degpm=-2.0, slip_std_ratio=0.01}",
+        ] {
+            let verdict = run(name, 2, &[odometry]).verdict.unwrap();
+            assert!(verdict.passed, "{name}, {odometry}: {}", verdict.text);
+        }
+        // The judge can say no: half the speed does not get there in time.
+        let slow = ["robots.teleoperator.speed_mps=0.04"];
+        assert!(!run(name, 1, &slow).verdict.unwrap().passed, "{name}");
+    }
+}

@@ -150,7 +150,7 @@ fn a_method_that_does_not_exist_is_answered_with_those_that_do() {
         SMALL,
         &["robots.model=roomba"],
         &expect![[
-            r#"--set robots.model=roomba: robots[0].model = "roomba": must be one of `pioneer3dx`, `peoplebot`"#
+            r#"--set robots.model=roomba: robots[0].model = "roomba": must be one of `pioneer3dx`, `peoplebot`, `artemic5`, `artemic8`"#
         ]],
     );
     check(
@@ -241,7 +241,7 @@ fn files_that_are_not_there_are_named() {
         ]],
     );
     let absent = Mission::load("no/such/mission.toml", &[]).unwrap_err().to_string();
-    expect!["no mission is called `no/such/mission.toml` and no such file exists; shipped missions: doorbell, doorbell-answered, trail-45deg, trail-corner, path-slalom, one-obstacle, intermediate-goals, decision-rig, swarm"].assert_eq(&absent);
+    expect!["no mission is called `no/such/mission.toml` and no such file exists; shipped missions: doorbell, doorbell-answered, trail-45deg, trail-corner, path-slalom, one-obstacle, intermediate-goals, decision-rig, swarm, artemic-e1, artemic-e2, artemic-e3, artemic-e4"].assert_eq(&absent);
 }
 
 #[test]
@@ -299,7 +299,7 @@ fn overrides_that_cannot_be_applied_are_explained() {
         SMALL,
         &["robots.wings=2"],
         &expect![[r#"
-            --set robots.wings=2: unknown field `wings`, expected one of `name`, `model`, `start`, `count`, `spacing_m`, `row_length`, `odometry`, `sonar`, `link`, `navigator`
+            --set robots.wings=2: unknown field `wings`, expected one of `name`, `model`, `start`, `count`, `spacing_m`, `row_length`, `odometry`, `sonar`, `link`, `navigator`, `teleoperator`
             in `robots`"#]],
     );
 }
@@ -377,4 +377,96 @@ fn the_guide_shows_the_template() {
     let (before, _) = guide.rsplit_once("```toml\n").unwrap();
     let wanted = format!("{before}```toml\n{}```\n", Mission::template());
     expect_file!["../../../docs/guide/missions.md"].assert_eq(&wanted);
+}
+
+#[test]
+fn a_robot_that_is_driven_by_hand_is_here_and_one() {
+    let by_hand = "[robots.teleoperator]\npath_m = [[0.0, 0.0], [1.0, 0.0]]\n";
+    check_added(by_hand, &expect!["accepted: small"]);
+    check(
+        &format!("{SMALL}{by_hand}"),
+        &["robots.count=2"],
+        &expect![
+            "--set robots.count=2: robots[0].count = 2: must be 1, because one person drives one robot"
+        ],
+    );
+    let elsewhere = ["robots.link.kind=tcp", "robots.link.address=127.0.0.1:9"];
+    check(
+        &format!("{SMALL}{by_hand}"),
+        &elsewhere,
+        &expect![[
+            r#"--set robots.link.kind=tcp: robots[0].link.kind = "tcp": must be `memory` or `direct`: nobody here sees a robot that is elsewhere"#
+        ]],
+    );
+    check_added(
+        &by_hand.replace("[1.0, 0.0]", "[0.0, 0.0]"),
+        &expect![
+            "small.toml:16:10: robots[0].teleoperator.path_m = a path needs two different points; 2 given, all the same: must be at least two different corners"
+        ],
+    );
+    check_added(
+        &format!("{by_hand}laps = 2\n"),
+        &expect![
+            "small.toml:17:8: robots[0].teleoperator.laps = 2: must be 1, or a path that ends where it begins"
+        ],
+    );
+    let round = by_hand.replace("[1.0, 0.0]", "[1.0, 0.0], [1.0, 1.0], [0.0, 0.0]");
+    check_added(&format!("{round}laps = 2\n"), &expect!["accepted: small"]);
+    check_added(
+        &format!("{round}laps = 0\n"),
+        &expect!["small.toml:17:8: robots[0].teleoperator.laps = 0: must be from 1 to 100"],
+    );
+    check_added(
+        &format!("{round}laps = 101\n"),
+        &expect!["small.toml:17:8: robots[0].teleoperator.laps = 101: must be from 1 to 100"],
+    );
+    check_added(
+        &format!("{by_hand}speed_mps = 0.0\n"),
+        &expect![
+            "small.toml:17:13: robots[0].teleoperator.speed_mps = 0.0: must be from 0.02 to 1 m/s"
+        ],
+    );
+    check_added(
+        &format!("{by_hand}corner_radius_m = nan\n"),
+        &expect![
+            "small.toml:17:19: robots[0].teleoperator.corner_radius_m = NaN: must be from 0.05 to 5 m"
+        ],
+    );
+}
+
+#[test]
+fn artemic_has_no_line_to_be_simulated() {
+    check(
+        SMALL,
+        &["robots.model=artemic5"],
+        &expect![[
+            r#"small.toml:12:1: robots[0].link.kind = "memory": must be `direct`: the line of ARTEMIC (5 sonars) is not simulated"#
+        ]],
+    );
+    check(
+        SMALL,
+        &["robots.model=artemic8", "robots.link.kind=direct"],
+        &expect!["accepted: small"],
+    );
+    check(
+        SMALL,
+        &["robots.odometry.drift_degpm=6"],
+        &expect![
+            "--set robots.odometry.drift_degpm=6: robots[0].odometry.drift_degpm = 6.0: must be from -5 to 5 degrees per metre"
+        ],
+    );
+    check(
+        SMALL,
+        &["robots.sonar.range_step_m=-0.1"],
+        &expect![
+            "--set robots.sonar.range_step_m=-0.1: robots[0].sonar.range_step_m = -0.1: must be from 0 to 0.1 m"
+        ],
+    );
+    check(
+        SMALL,
+        &["robots.sonar.range_min_m=0.4"],
+        &expect![
+            "--set robots.sonar.range_min_m=0.4: robots[0].sonar.range_min_m = 0.4: must be from 0 to 0.3 m"
+        ],
+    );
 }

@@ -1,7 +1,7 @@
 //! Recordings: what was recorded comes out the same when it is run again.
 #![expect(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-use std::{fs, path::Path};
+use std::{collections::BTreeMap, fs, path::Path};
 
 use geometry::{Se2, Vec2};
 use missions::{Intervention, Mission, Recorder, Replay, Run};
@@ -114,4 +114,45 @@ fn a_file_that_is_no_recording_says_so() {
     assert!(said.contains("is no recording of a mission"), "{said}");
     let absent = Replay::open(&folder.path().join("absent.mcap")).unwrap_err().to_string();
     assert!(absent.contains("cannot be read"), "{absent}");
+}
+
+#[test]
+fn recordings_of_the_first_layout_still_replay_and_those_to_come_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |format: u32| {
+        let path = folder.path().join(format!("format-{format}.mcap"));
+        let mission = Mission::load("one-obstacle", &[]).unwrap();
+        let mut run = Run::new(mission, RunSeed(2)).unwrap();
+        let mut writer = mcap::Writer::new(fs::File::create(&path).unwrap()).unwrap();
+        let mut write = |topic: &str, data: &[u8]| {
+            let channel = writer.add_channel(0, topic, "", &BTreeMap::new()).unwrap();
+            let header = mcap::records::MessageHeader {
+                channel_id: channel,
+                sequence: 0,
+                log_time: 0,
+                publish_time: 0,
+            };
+            writer.write_to_known_channel(&header, data).unwrap();
+        };
+        // Text without the keys that came later; what is absent has the value that it had then.
+        let later = ["range_min_m", "range_step_m", "drift_degpm"];
+        let resolved = run.mission().to_toml();
+        let is_old = |line: &&str| !later.iter().any(|key| line.starts_with(key));
+        let mission = resolved.lines().filter(is_old).collect::<Vec<_>>().join("\n");
+        assert!(mission.len() < resolved.len());
+        let head =
+            serde_json::json!({"format": format, "cairn": "0.1.0", "seed": 2, "mission": mission});
+        write("/cairn/head", head.to_string().as_bytes());
+        for _ in 0..400 {
+            run.step();
+            let hash = run.state_hash().value();
+            write("/cairn/hash", &[run.steps().to_le_bytes(), hash.to_le_bytes()].concat());
+        }
+        writer.finish().unwrap();
+        path
+    };
+    let report = Replay::open(&write(1)).unwrap().run_to_end();
+    assert_eq!((report.steps, report.divergence), (400, None));
+    let said = Replay::open(&write(3)).unwrap_err().to_string();
+    assert!(said.contains("its layout is 3, this version reads 1 to 2"), "{said}");
 }

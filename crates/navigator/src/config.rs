@@ -426,8 +426,9 @@ mod tests {
     fn the_defaults_hold_for_every_robot_of_the_catalogue() {
         for model in RobotModel::catalogue() {
             let config = NavigatorConfig::try_from(NavigatorSettings::for_robot(&model)).unwrap();
-            assert!(config.settings().sensors.len() >= 8, "{}", model.name);
-            assert!(config.footprint.turning_radius_m() > 0.3, "{}", model.name);
+            let n_sensors = config.settings().sensors.len();
+            assert_eq!(n_sensors, model.sonars.len().min(N_SONARS_MAX), "{}", model.name);
+            assert!(config.footprint.turning_radius_m() > 0.28, "{}", model.name);
         }
     }
 

@@ -37,6 +37,7 @@ pub use config::{
 };
 pub use messages::{
     Command, FailureReason, GroundCommand, N_SONARS_MAX, Observation, Report, RobotStatus, Sensed,
+    age_ms,
 };
 pub use navigator::Navigator;
 pub use view::{NavigatorView, Phase};

@@ -47,6 +47,9 @@ pub struct RobotStatus {
     pub wheel_speeds: WheelSpeeds,
     /// Latest range of each sensor, metres; the range limit where nothing was heard.
     pub sonar_ranges_m: [f64; N_SONARS_MAX],
+    /// How old each of them was at the time that the status is about, as well as the driver knows, milliseconds; what is
+    /// older than 65 s is 65 535.
+    pub sonar_ages_ms: [u16; N_SONARS_MAX],
     /// How many of `sonar_ranges_m` exist.
     pub n_sonars: usize,
     /// Bit i: sensor i was measured anew since the last status.
@@ -59,6 +62,11 @@ pub struct RobotStatus {
     pub motors_enabled: bool,
     /// Battery, volts.
     pub battery_v: f64,
+}
+
+/// Whole milliseconds from `measured` to `about`, as [`RobotStatus::sonar_ages_ms`] holds them.
+pub fn age_ms(measured: Stamp, about: Stamp) -> u16 {
+    u16::try_from(about.since(measured).as_millis()).unwrap_or(u16::MAX)
 }
 
 /// An order from the ground station or from the decision program.

@@ -3,14 +3,20 @@
 //! A model is a TOML file under `data/`, built into the program; [`RobotModel::from_toml`] reads
 //! one that a user wrote. Lengths are metres; degrees are allowed in the file only.
 
+use std::time::Duration;
+
 use geometry::{Base, Polygon, Se2, Sensor, Transform2, Vec2};
 use serde::Deserialize;
 
 use crate::drive::{DriveGeometry, DriveLimits};
 
 /// The files of the built-in models.
-const FILES: [&str; 2] =
-    [include_str!("../data/pioneer3dx.toml"), include_str!("../data/peoplebot.toml")];
+const FILES: [&str; 4] = [
+    include_str!("../data/pioneer3dx.toml"),
+    include_str!("../data/peoplebot.toml"),
+    include_str!("../data/artemic5.toml"),
+    include_str!("../data/artemic8.toml"),
+];
 
 /// A kind of robot: what all robots of the kind share.
 #[derive(Clone, Debug)]
@@ -19,10 +25,12 @@ pub struct RobotModel {
     pub name: String,
     /// The name for people, such as `Pioneer 3-DX`.
     pub title: String,
-    /// Class that its firmware reports, such as `Pioneer`.
+    /// Class that its firmware reports, such as `Pioneer`; empty when it does not speak ARCOS.
     pub arcos_class: String,
     /// Subclass that its firmware reports, from which client libraries take their parameters.
     pub arcos_subclass: String,
+    /// Time between two reports of pose and ranges to its navigator.
+    pub status_period: Duration,
     /// Wheels and encoders.
     pub drive: DriveGeometry,
     /// Greatest speeds and starting accelerations.
@@ -33,6 +41,28 @@ pub struct RobotModel {
     pub radius_m: f64,
     /// Its sonars, in the order of their numbers.
     pub sonars: Vec<SonarMount>,
+    /// How they take turns.
+    pub ring: RingTiming,
+}
+
+/// How the sonars of a robot take turns: in chains, one of each chain at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RingTiming {
+    /// Sonars in a chain, at least 1: the first so many in the order of their numbers, then the next.
+    pub chain_len: usize,
+    /// Time between two pings of a chain.
+    pub ping_period: Duration,
+}
+
+impl RingTiming {
+    /// The Pioneer's: chains of eight, 40 ms apart.
+    pub const PIONEER: Self = Self { chain_len: 8, ping_period: Duration::from_millis(40) };
+
+    /// Time in which each of `n_sonars` has fired once.
+    pub fn round(self, n_sonars: usize) -> Duration {
+        let n_turns = u32::try_from(self.chain_len.min(n_sonars)).unwrap_or(u32::MAX);
+        self.ping_period.saturating_mul(n_turns)
+    }
 }
 
 /// Where one sonar sits.
@@ -136,6 +166,11 @@ impl RobotModel {
             footprint,
             name: file.name,
             title: file.title,
+            status_period: milliseconds(file.status_period_ms),
+            ring: RingTiming {
+                chain_len: file.ring.chain_length,
+                ping_period: milliseconds(file.ring.ping_period_ms),
+            },
             arcos_class: file.arcos_class,
             arcos_subclass: file.arcos_subclass,
             drive: DriveGeometry {
@@ -154,6 +189,11 @@ impl RobotModel {
         })
     }
 
+    /// Whether it answers the packets of the ARCOS protocol.
+    pub fn speaks_arcos(&self) -> bool {
+        !self.arcos_class.is_empty()
+    }
+
     /// Distance from the base's origin to the farthest corner of the footprint, metres.
     pub fn bounding_radius_m(&self) -> f64 {
         self.footprint.corners().iter().map(Vec2::norm).fold(0.0, f64::max)
@@ -166,14 +206,24 @@ impl RobotModel {
 struct ModelFile {
     name: String,
     title: String,
+    #[serde(default)]
     arcos_class: String,
+    #[serde(default)]
     arcos_subclass: String,
     radius_m: f64,
+    #[serde(default = "pioneer_status_period_ms")]
+    status_period_ms: f64,
     footprint_m: Vec<[f64; 2]>,
     drive: DriveFile,
     limits: LimitsFile,
     #[serde(default)]
+    ring: RingFile,
+    #[serde(default)]
     sonars: Vec<SonarFile>,
+}
+
+fn pioneer_status_period_ms() -> f64 {
+    100.0
 }
 
 #[derive(Debug, Deserialize)]
@@ -196,6 +246,20 @@ struct LimitsFile {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
+struct RingFile {
+    chain_length: usize,
+    ping_period_ms: f64,
+}
+
+impl Default for RingFile {
+    fn default() -> Self {
+        let RingTiming { chain_len, ping_period } = RingTiming::PIONEER;
+        Self { chain_length: chain_len, ping_period_ms: 1e3 * ping_period.as_secs_f64() }
+    }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct SonarFile {
     number: usize,
     x_m: f64,
@@ -208,6 +272,9 @@ impl ModelFile {
         let (drive, limits) = (&self.drive, &self.limits);
         let checks = [
             ("radius_m", self.radius_m, 0.01, 5.0, "from 0.01 to 5 m"),
+            ("status_period_ms", self.status_period_ms, 10.0, 1000.0, "from 10 to 1000 ms"),
+            ("ring.chain_length", self.ring.chain_length as f64, 1.0, 64.0, "from 1 to 64"),
+            ("ring.ping_period_ms", self.ring.ping_period_ms, 1.0, 1000.0, "from 1 to 1000 ms"),
             ("drive.wheelbase_m", drive.wheelbase_m, 0.01, 5.0, "from 0.01 to 5 m"),
             ("drive.wheel_diameter_m", drive.wheel_diameter_m, 0.005, 2.0, "from 0.005 to 2 m"),
             (
@@ -271,6 +338,11 @@ impl SonarFile {
     }
 }
 
+/// A time that was checked to be positive and finite.
+fn milliseconds(value_ms: f64) -> Duration {
+    Duration::try_from_secs_f64(1e-3 * value_ms).unwrap_or_default()
+}
+
 fn check_convex(footprint: &Polygon) -> Result<(), ModelError> {
     let corners = footprint.corners();
     let n = corners.len();
@@ -298,7 +370,7 @@ mod tests {
             RobotModel::from_toml(text).unwrap();
         }
         let names: Vec<String> = RobotModel::catalogue().into_iter().map(|m| m.name).collect();
-        assert_eq!(names, ["pioneer3dx", "peoplebot"]);
+        assert_eq!(names, ["pioneer3dx", "peoplebot", "artemic5", "artemic8"]);
     }
 
     /// Figures of the robots' public parameter files.
@@ -329,17 +401,43 @@ mod tests {
         assert!((model.footprint.bounds().size().x - 0.513).abs() < 1e-9);
     }
 
+    /// Measures of the thesis on ARTEMIC and of its program.
+    #[test]
+    fn artemic_is_artemic() {
+        let five = RobotModel::by_name("artemic5").unwrap();
+        let eight = RobotModel::by_name("artemic8").unwrap();
+        for model in [&five, &eight] {
+            // One pulse is 1.00531 mm; wheels of 160 mm, 370 mm apart.
+            assert!((model.drive.metres_per_tick() - 1.005_310e-3).abs() < 1e-9);
+            assert!((model.drive.wheelbase_m - 0.37).abs() < 1e-12);
+            assert_eq!(model.status_period, Duration::from_millis(50));
+            assert!(!model.speaks_arcos() && pioneer().speaks_arcos());
+        }
+        assert_eq!(five.drive, eight.drive);
+        assert_eq!(five.footprint, eight.footprint);
+        let azimuths = |model: &RobotModel| -> Vec<i32> {
+            let degrees = |m: &SonarMount| m.base_from_sensor.se2().yaw_rad.to_degrees();
+            model.sonars.iter().map(|m| degrees(m).round() as i32).collect()
+        };
+        assert_eq!(azimuths(&five), [90, 45, 0, -45, -90]);
+        // The program's ring is the front ring of a Pioneer.
+        assert_eq!(eight.sonars, pioneer().sonars[..8]);
+        // A chain of 49 ms a module.
+        assert_eq!(five.ring.round(5), Duration::from_millis(245));
+        assert_eq!(eight.ring.round(8), Duration::from_millis(392));
+        assert_eq!(pioneer().ring.round(16), Duration::from_millis(320));
+    }
+
     #[test]
     fn rings_are_mirror_images_and_lie_inside_the_footprint() {
         for model in RobotModel::catalogue() {
-            let n = model.sonars.len();
-            for ring in (0..n).step_by(8) {
-                for i in 0..4 {
-                    let one = model.sonars[ring + i].base_from_sensor.se2();
-                    let other = model.sonars[ring + 7 - i].base_from_sensor.se2();
-                    assert_eq!((one.x_m, one.y_m), (other.x_m, -other.y_m), "{ring} {i}");
+            for (n_ring, ring) in model.sonars.chunks(8).enumerate() {
+                for (i, (one, other)) in ring.iter().zip(ring.iter().rev()).enumerate() {
+                    let one = one.base_from_sensor.se2();
+                    let other = other.base_from_sensor.se2();
+                    assert_eq!((one.x_m, one.y_m), (other.x_m, -other.y_m), "{n_ring} {i}");
                     let sum = geometry::wrap_to_pi(one.yaw_rad + other.yaw_rad);
-                    assert!(sum.abs() < 1e-9, "{ring} {i}");
+                    assert!(sum.abs() < 1e-9, "{n_ring} {i}");
                 }
             }
             for mount in &model.sonars {
@@ -386,7 +484,7 @@ mod tests {
                   |
                 6 | titel = "Pioneer 3-DX"
                   | ^^^^^
-                unknown field `titel`, expected one of `name`, `title`, `arcos_class`, `arcos_subclass`, `radius_m`, `footprint_m`, `drive`, `limits`, `sonars`
+                unknown field `titel`, expected one of `name`, `title`, `arcos_class`, `arcos_subclass`, `radius_m`, `status_period_ms`, `footprint_m`, `drive`, `limits`, `ring`, `sonars`
             "#]],
         );
     }
@@ -395,7 +493,7 @@ mod tests {
     fn an_unknown_name_is_answered_with_the_known_ones() {
         assert_eq!(
             RobotModel::by_name("khepera").unwrap_err().to_string(),
-            "unknown robot model `khepera`: the catalogue has `pioneer3dx`, `peoplebot`"
+            "unknown robot model `khepera`: the catalogue has `pioneer3dx`, `peoplebot`, `artemic5`, `artemic8`"
         );
     }
 }

@@ -1,16 +1,23 @@
-//! What a sensor returns for a given scene: forward models with the errors real sensors have.
+//! What a sensor returns for a given scene, and what a reading says about one.
 //!
 //! [`SonarModel`] is the ultrasonic ring of a Pioneer: a cone, a nearest strong enough echo,
 //! surfaces that mirror sound away. [`FiringSchedule`] says which sensor fires when. The scene is
 //! anything that rays can be cast into ([`geometry::RayCaster`]), whose tags are indices into a
 //! list of [`Material`]s.
+//!
+//! The other way round, what a reading says about the world: [`ConeModel`] and the source's
+//! [`ArcProfile`], with Bayes' rule in [`bayes`] and the older composition in [`elfes_moravec`].
 
+pub mod bayes;
+pub mod elfes_moravec;
 mod firing;
+mod inverse_sonar;
 mod laser;
 mod material;
 mod sonar;
 
 pub use firing::{Firing, FiringSchedule};
+pub use inverse_sonar::{ArcFocus, ArcProfile, ConeModel, ProfileForm, Region};
 pub use laser::LaserModel;
 pub use material::{
     Material, PERSON_TAG, ROBOT_TAG, WALL_TAG, material_by_name, materials, materials_like,

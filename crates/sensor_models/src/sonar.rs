@@ -41,6 +41,8 @@ pub struct SonarModel {
     pub range_std_m: f64,
     /// Standard deviation of the range per metre of range, a ratio.
     pub range_std_ratio: f64,
+    /// Readings are the nearest whole number of these, metres; 0 for readings as fine as measured.
+    pub range_step_m: f64,
     /// Standard deviation of the natural logarithm of an echo's strength from ping to ping.
     pub strength_std_ratio: f64,
     /// Probability that a mirrored ray is followed to a ghost.
@@ -105,6 +107,7 @@ impl Default for SonarModel {
             edge_sensitivity_ratio: 0.1,
             range_std_m: 0.005,
             range_std_ratio: 0.005,
+            range_step_m: 0.0,
             strength_std_ratio: 0.25,
             ghost_prob: 0.5,
             dropout_prob: 0.01,
@@ -151,6 +154,7 @@ impl SonarModel {
             ),
             ("range_std_m", self.range_std_m, 0.0, 1.0, "from 0 to 1 m"),
             ("range_std_ratio", self.range_std_ratio, 0.0, 1.0, "from 0 to 1"),
+            ("range_step_m", self.range_step_m, 0.0, 1.0, "from 0 to 1 m"),
             ("strength_std_ratio", self.strength_std_ratio, 0.0, 10.0, "from 0 to 10"),
             ("ghost_prob", self.ghost_prob, 0.0, 1.0, "from 0 to 1"),
             ("dropout_prob", self.dropout_prob, 0.0, 1.0, "from 0 to 1"),
@@ -188,7 +192,7 @@ impl SonarModel {
         if fate.crosstalk < self.crosstalk_prob {
             let end_m = heard.nearest_m.min(self.range_max_m);
             let range_m = self.range_min_m + fate.where_to * (end_m - self.range_min_m).max(0.0);
-            return echo(range_m, EchoCause::Crosstalk);
+            return echo(self.in_steps(range_m), EchoCause::Crosstalk);
         }
         if heard.nearest_m > self.range_max_m {
             let lost = heard.truth_m < self.range_max_m;
@@ -204,7 +208,18 @@ impl SonarModel {
             return echo(self.range_min_m, EchoCause::TooClose);
         }
         let cause = if heard.is_ghost { EchoCause::Specular } else { EchoCause::Direct };
-        echo(measured_m.min(self.range_max_m), cause)
+        echo(self.in_steps(measured_m), cause)
+    }
+
+    /// The reading that stands for a range; whatever rounds to the last step is the last step.
+    fn in_steps(&self, range_m: f64) -> f64 {
+        if self.range_step_m == 0.0 {
+            return range_m.min(self.range_max_m);
+        }
+        if range_m >= self.range_max_m - 0.5 * self.range_step_m {
+            return self.range_max_m;
+        }
+        ((range_m / self.range_step_m).round() * self.range_step_m).max(self.range_min_m)
     }
 
     /// Looks along every ray and keeps the nearest echo that is strong enough.
@@ -510,6 +525,32 @@ mod tests {
         let var = echoes.iter().map(|e| (e.range_m - mean).powi(2)).sum::<f64>() / (n - 1.0);
         assert!((mean - 3.0).abs() < 5.0 * 0.02 / n.sqrt(), "{mean}");
         assert!((var.sqrt() / 0.02 - 1.0).abs() < 5.0 / (2.0 * n).sqrt(), "{}", var.sqrt());
+    }
+
+    /// The module of a low-cost ring: whole inches from 6 to 254, and nothing between.
+    #[test]
+    fn readings_come_in_whole_steps() {
+        let inches = SonarModel {
+            range_min_m: 0.1524,
+            range_max_m: 6.4516,
+            range_step_m: 0.0254,
+            ..SonarModel::ideal()
+        };
+        for (distance_m, n_inches) in
+            [(0.1, 6.0), (0.1649, 6.0), (0.1652, 7.0), (1.0, 39.0), (6.43, 253.0), (6.44, 254.0)]
+        {
+            let echo = ping(&inches, &wall(distance_m, 0.0, PLASTER));
+            assert!((echo.range_m - 0.0254 * n_inches).abs() < 1e-9, "{distance_m}: {echo:?}");
+        }
+        // The last step is the reading for nothing, to the bit.
+        for distance_m in [6.44, 7.0] {
+            assert_eq!(ping(&inches, &wall(distance_m, 0.0, PLASTER)).range_m, 6.4516);
+        }
+        let noisy = SonarModel { range_std_m: 0.01, crosstalk_prob: 0.2, ..inches };
+        for echo in pings(&noisy, &wall(2.0, 0.0, PLASTER), 300) {
+            let n_inches = echo.range_m / 0.0254;
+            assert!((n_inches - n_inches.round()).abs() < 1e-9, "{echo:?}");
+        }
     }
 
     /// 20 000 pings: binomial counts within 5 deviations.

@@ -1,8 +1,9 @@
 //! From an information packet to a status in SI units.
 
 use geometry::{Se2, Transform2};
-use navigator::{N_SONARS_MAX, RobotStatus};
+use navigator::{N_SONARS_MAX, RobotStatus, age_ms};
 use robot_models::WheelSpeeds;
+use run_context::Stamp;
 use wire::arcos::Sip;
 
 /// Positions wrap after so many millimetres.
@@ -13,6 +14,7 @@ const WRAP_MM: i64 = 1 << 15;
 pub(super) struct StatusReader {
     position_mm: [Option<i64>; 2],
     sonar_ranges_m: [f64; N_SONARS_MAX],
+    sonar_stamps: [Stamp; N_SONARS_MAX],
     n_sonars: usize,
     range_max_m: f64,
 }
@@ -22,18 +24,21 @@ impl StatusReader {
         Self {
             position_mm: [None; 2],
             sonar_ranges_m: [range_max_m; N_SONARS_MAX],
+            sonar_stamps: [Stamp::ZERO; N_SONARS_MAX],
             n_sonars: n_sonars.min(N_SONARS_MAX),
             range_max_m,
         }
     }
 
-    pub(super) fn read(&mut self, sip: &Sip) -> RobotStatus {
+    /// The packet does not say when a sonar was heard: its own time stands for that.
+    pub(super) fn read(&mut self, about: Stamp, sip: &Sip) -> RobotStatus {
         let mut sonar_fresh = 0;
         for reading in sip.sonar() {
             let index = usize::from(reading.sensor);
             if index < self.n_sonars
                 && let Some(range_m) = self.sonar_ranges_m.get_mut(index)
             {
+                self.sonar_stamps[index] = about;
                 *range_m = (0.001 * f64::from(reading.range_mm)).min(self.range_max_m);
                 sonar_fresh |= 1 << index;
             }
@@ -51,6 +56,7 @@ impl StatusReader {
                 right_mps: 0.001 * f64::from(sip.right_mmps),
             },
             sonar_ranges_m: self.sonar_ranges_m,
+            sonar_ages_ms: self.sonar_stamps.map(|measured| age_ms(measured, about)),
             n_sonars: self.n_sonars,
             sonar_fresh,
             stalled: [sip.stall_left & 1 != 0, sip.stall_right & 1 != 0],

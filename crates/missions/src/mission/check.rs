@@ -1,6 +1,5 @@
 //! From what is written to what may be relied on: every range, name and reference.
 
-mod choices;
 mod environment;
 mod robots;
 mod tasks;
@@ -18,7 +17,7 @@ use super::{
 };
 use crate::mission::{Mission, Parts};
 
-pub(super) use choices::choose;
+pub(super) use settings::{choose, range};
 
 type Checked<T> = Result<T, Wrong>;
 
@@ -49,16 +48,6 @@ pub(super) fn check(file: MissionFile) -> Checked<Mission> {
     let parts =
         Parts { duration_max, world, devices, robots, pheromones, decision, events, success };
     Ok(Mission::from_parts(file, parts))
-}
-
-/// A number within a range, which must be finite; NaN is out of every range.
-fn range(
-    key: impl Into<String>,
-    value: f64,
-    allowed: std::ops::RangeInclusive<f64>,
-    prose: &str,
-) -> Checked<f64> {
-    if allowed.contains(&value) { Ok(value) } else { Err(Wrong::new(key, value, prose)) }
 }
 
 /// A point whose coordinates are within 10 km of the origin.

@@ -305,6 +305,9 @@ pub struct RobotFile {
     pub link: LinkFile,
     /// `[robots.navigator]`: the methods of the navigation node.
     pub navigator: NavigatorFile,
+    /// `[robots.teleoperator]`: a person who drives it by hand; absent: nobody does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub teleoperator: Option<TeleoperatorFile>,
 }
 
 impl Default for RobotFile {
@@ -320,6 +323,35 @@ impl Default for RobotFile {
             sonar: SonarFile::default(),
             link: LinkFile::default(),
             navigator: NavigatorFile::default(),
+            teleoperator: None,
+        }
+    }
+}
+
+/// `[robots.teleoperator]`: a person who sees the robot and drives it along a path by hand.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TeleoperatorFile {
+    /// Corners of the path over the floor, x and y (m).
+    pub path_m: Vec<[f64; 2]>,
+    /// How often the path is driven; more than once only when it ends where it begins.
+    pub laps: u32,
+    /// Radius of the arcs around its corners (m).
+    pub corner_radius_m: f64,
+    /// Speed along it, m/s.
+    pub speed_mps: f64,
+    /// When the person takes the stick, seconds.
+    pub starts_at_s: f64,
+}
+
+impl Default for TeleoperatorFile {
+    fn default() -> Self {
+        Self {
+            path_m: Vec::new(),
+            laps: 1,
+            corner_radius_m: 0.4,
+            speed_mps: 0.08,
+            starts_at_s: 1.0,
         }
     }
 }
@@ -334,6 +366,9 @@ pub struct OdometryFile {
     pub right_diameter_ratio: f64,
     /// True wheelbase over the nominal one.
     pub wheelbase_ratio: f64,
+    /// What the robot truly turns without noticing, counter-clockwise positive, degrees per metre of way; it
+    /// widens the difference of the diameters.
+    pub drift_degpm: f64,
     /// Standard deviation of wheel slip, as a ratio of the distance rolled.
     pub slip_std_ratio: f64,
 }
@@ -344,6 +379,7 @@ impl Default for OdometryFile {
             left_diameter_ratio: 1.0,
             right_diameter_ratio: 1.0,
             wheelbase_ratio: 1.0,
+            drift_degpm: 0.0,
             slip_std_ratio: 0.0,
         }
     }
@@ -353,8 +389,12 @@ impl Default for OdometryFile {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SonarFile {
+    /// Nearer things read as this, m.
+    pub range_min_m: f64,
     /// Greatest range, m.
     pub range_max_m: f64,
+    /// Readings are whole numbers of these, m; 0: as fine as measured.
+    pub range_step_m: f64,
     /// Half the opening of the cone, degrees.
     pub half_angle_deg: f64,
     /// Rays per cone.
@@ -374,7 +414,9 @@ pub struct SonarFile {
 impl Default for SonarFile {
     fn default() -> Self {
         Self {
+            range_min_m: 0.15,
             range_max_m: 5.0,
+            range_step_m: 0.0,
             half_angle_deg: 15.0,
             n_rays: 9,
             range_std_m: 0.005,

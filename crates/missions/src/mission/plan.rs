@@ -128,6 +128,16 @@ pub(crate) struct RobotPlan {
     pub(crate) navigator: Arc<NavigatorConfig>,
     /// What the path method follows.
     pub(crate) path: Option<Path>,
+    /// Who drives it by hand.
+    pub(crate) teleoperator: Option<TeleoperatorPlan>,
+}
+
+/// A person who drives a robot along a path over the floor.
+#[derive(Clone, Debug)]
+pub(crate) struct TeleoperatorPlan {
+    pub(crate) path: Path,
+    pub(crate) speed_mps: f64,
+    pub(crate) starts_at: Stamp,
 }
 
 #[derive(Clone, Debug)]

@@ -32,6 +32,10 @@ pub(crate) const MISSIONS: &[ShippedMission] = shipped![
     "intermediate-goals",
     "decision-rig",
     "swarm",
+    "artemic-e1",
+    "artemic-e2",
+    "artemic-e3",
+    "artemic-e4",
 ];
 
 /// Programs and maps that the shipped missions name.

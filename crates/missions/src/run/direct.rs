@@ -6,14 +6,12 @@
 use std::time::Duration;
 
 use geometry::wrap_to_pi;
-use navigator::{Command, N_SONARS_MAX, Observation, RobotStatus, Sensed};
+use navigator::{Command, N_SONARS_MAX, Observation, RobotStatus, Sensed, age_ms};
 use robot_models::{BodyVelocity, Odometry, RobotModel, WheelSpeeds};
 use run_context::{RandomStream, Stamp, StateHash};
 use sensor_models::FiringSchedule;
 use simulator::{BodyId, World};
 
-/// Time between two reports, as of the real robot.
-const STATUS_PERIOD: Duration = Duration::from_millis(100);
 /// Turn rate asked for per angle that is left, 1/s.
 const HEADING_GAIN_HZ: f64 = 4.0;
 /// A heading this near is reached, rad.
@@ -28,10 +26,12 @@ pub(super) struct DirectRobot {
     schedule: FiringSchedule,
     rng: RandomStream,
     ranges_m: [f64; N_SONARS_MAX],
+    stamps: [Stamp; N_SONARS_MAX],
     fresh: u16,
     n_sonars: usize,
     last_step: Stamp,
     next_status: Stamp,
+    status_period: Duration,
     is_up: bool,
     mode: Mode,
     motors_enabled: bool,
@@ -46,15 +46,19 @@ enum Mode {
 impl DirectRobot {
     pub(super) fn new(model: &RobotModel, range_max_m: f64, rng: RandomStream) -> Self {
         let n_sonars = model.sonars.len().min(N_SONARS_MAX);
+        let sensors: Vec<usize> = (0..n_sonars).collect();
+        let chains = sensors.chunks(model.ring.chain_len.max(1)).map(<[usize]>::to_vec).collect();
         Self {
             odometry: Odometry::new(model.drive),
-            schedule: FiringSchedule::pioneer(n_sonars),
+            schedule: FiringSchedule::new(chains, model.ring.ping_period),
             rng,
             ranges_m: [range_max_m; N_SONARS_MAX],
+            stamps: [Stamp::ZERO; N_SONARS_MAX],
             fresh: 0,
             n_sonars,
             last_step: Stamp::ZERO,
             next_status: Stamp::ZERO,
+            status_period: model.status_period,
             is_up: false,
             mode: Mode::Wheels(WheelSpeeds::ZERO),
             motors_enabled: false,
@@ -74,6 +78,8 @@ impl DirectRobot {
         for firing in self.schedule.due(self.last_step, now) {
             let i = firing.sensor_index;
             self.ranges_m[i] = world.ping(body_id, i, &mut self.rng).range_m;
+            // It meets the world as it is now, up to a step after it was due.
+            self.stamps[i] = now;
             self.fresh |= 1 << i;
         }
         self.last_step = now;
@@ -82,7 +88,7 @@ impl DirectRobot {
             observations.push(Observation { about: now, value: Sensed::LinkUp });
         }
         if now >= self.next_status {
-            self.next_status = now + STATUS_PERIOD;
+            self.next_status = now + self.status_period;
             let speeds = body.wheel_speeds;
             let moving =
                 speeds.left_mps.abs() > STANDING_MPS || speeds.right_mps.abs() > STANDING_MPS;
@@ -90,6 +96,7 @@ impl DirectRobot {
                 odom_from_base: self.odometry.odom_from_base(),
                 wheel_speeds: speeds,
                 sonar_ranges_m: self.ranges_m,
+                sonar_ages_ms: self.stamps.map(|measured| age_ms(measured, now)),
                 n_sonars: self.n_sonars,
                 sonar_fresh: self.fresh,
                 stalled: body.stalled,

@@ -1,6 +1,7 @@
 //! The fixed part of what a run shows.
 
 use geometry::{Se2, Vec2};
+use path_following::{Path, Piece};
 use simulator::{Thing, ThingKind};
 
 use super::Run;
@@ -125,10 +126,11 @@ fn planned_path(parts: &Parts) -> Vec<Vec2> {
         return trail.clone();
     }
     let Some(first) = parts.robots.first() else { return Vec::new() };
+    if let Some(teleoperator) = &first.teleoperator {
+        return corners(&teleoperator.path);
+    }
     if let Some(path) = &first.path {
-        // Its corners: a mission gives straight pieces only.
-        let starts = path.pieces().iter().map(|piece| piece.pose_at(0.0).position());
-        return starts.chain([path.end().position()]).collect();
+        return corners(path);
     }
     let goals = parts.events.iter().filter_map(|event| match &event.action {
         Action::Goal { robots, pose } if robots.contains(&0) => Some(resolved(*pose, first.start)),
@@ -136,6 +138,16 @@ fn planned_path(parts: &Parts) -> Vec<Vec2> {
     });
     let path: Vec<Vec2> = std::iter::once(first.start.position()).chain(goals).collect();
     if path.len() < 2 { Vec::new() } else { path }
+}
+
+/// Where the pieces of a path meet, and points on its arcs.
+fn corners(path: &Path) -> Vec<Vec2> {
+    let points = |piece: &Piece| {
+        let n_points = if matches!(piece, Piece::Arc(_)) { 6 } else { 1 };
+        let (piece, step_m) = (*piece, piece.length_m() / f64::from(n_points));
+        (0..n_points).map(move |i| piece.pose_at(f64::from(i) * step_m).position())
+    };
+    path.pieces().iter().flat_map(points).chain([path.end().position()]).collect()
 }
 
 fn resolved(pose: GoalPose, start: Se2) -> Vec2 {

@@ -55,7 +55,7 @@ fn robot(run: &Run, vehicle: &Vehicle, metrics: &RobotMetrics) -> ViewRobot {
         wheels_mps: [wheels.left_mps, wheels.right_mps],
         sonar_m: status.map_or_else(Vec::new, |s| shown(&s.sonar_ranges_m, s.n_sonars)),
         bubble_m: shown(&mind.bubble_limits_m, mind.n_sonars),
-        phase: mind.phase.name(),
+        phase: vehicle.phase_name(),
         avoider_state: mind.avoider_state,
         avoider_name: mind.avoider_name,
         goal: mind.goal_in_map.map(|g| g.se2().into()),

@@ -22,7 +22,9 @@ use super::{
         GroundLine, Packets, RemoteRobot, RobotLine, Scratch, ServerLine, Telemetry, WiredGround,
         WiredRobot,
     },
+    ring_log::RingLog,
     tap::Tap,
+    teleoperator::Teleoperator,
 };
 use crate::{
     mission::{
@@ -47,6 +49,9 @@ pub(super) struct Vehicle {
     server: ServerLine,
     ground: GroundLine,
     navigator: Navigator,
+    /// Who drives it by hand.
+    teleoperator: Option<Teleoperator>,
+    ring_log: RingLog,
     /// Time per byte of the three links, zero without limit.
     byte_times: [Duration; 3],
     order: Option<GroundOrder>,
@@ -96,6 +101,8 @@ impl Vehicle {
             server: server_line(mission, index, seed).map_err(settings)?,
             ground: ground_line(&ground_link, plan, seed).map_err(settings)?,
             navigator,
+            teleoperator: plan.teleoperator.as_ref().map(|t| Teleoperator::new(t, &plan.model)),
+            ring_log: RingLog::new(plan),
             byte_times: bauds.map(byte_time),
             order: None,
             order_under_way: false,
@@ -117,6 +124,9 @@ impl Vehicle {
         self.order = Some(order);
         self.order_under_way = true;
         self.telemetry = Telemetry::default();
+        if let Some(person) = &mut self.teleoperator {
+            person.let_go();
+        }
     }
 
     /// One step of all its nodes. Reads the world, changes only itself.
@@ -133,11 +143,16 @@ impl Vehicle {
         let order = self.order.take();
         ground.observe(now, order, &mut self.telemetry, scratch, ground_tap);
         self.navigator.step(now, &scratch.observations, commands);
+        if let (Some(person), Some(body)) = (&mut self.teleoperator, self.body) {
+            person.step(now, world.body(body).world_from_base.se2(), commands);
+        }
         for command in &*commands {
             robot.command(now, command, scratch);
             server.command(now, command, scratch);
             ground.command(now, command, &mut self.telemetry, scratch);
         }
+        let truth = self.body.map(|body| world.body(body).world_from_base.se2());
+        self.ring_log.step(now, truth, &self.scratch.observations);
         self.measure(now);
         self.tell();
     }
@@ -179,6 +194,10 @@ impl Vehicle {
 
     /// Puts a change of phase into words.
     fn tell(&mut self) {
+        if let Some(text) = self.teleoperator.as_mut().and_then(Teleoperator::take_news) {
+            self.news = Some((LogLevel::Info, format!("{}: {text}", self.name)));
+            return;
+        }
         let phase = self.navigator.phase();
         if phase == self.last_phase {
             return;
@@ -200,9 +219,29 @@ impl Vehicle {
         self.news.take()
     }
 
-    /// Whether it stands at the goal of the last order, by its own account.
+    /// Whether it stands at the goal of the last order, by its own account, or was driven to the end of its path
+    /// by hand.
     pub(super) fn has_arrived(&self) -> bool {
+        if self.teleoperator.as_ref().is_some_and(Teleoperator::has_driven_all) {
+            return true;
+        }
         !self.order_under_way && self.navigator.phase() == Phase::Arrived
+    }
+
+    /// Whether somebody has just begun to drive it by hand.
+    pub(super) fn sets_off_by_hand(&self) -> bool {
+        self.teleoperator.as_ref().is_some_and(Teleoperator::sets_off)
+    }
+
+    /// What it is busy with, in a word or two.
+    pub(super) fn phase_name(&self) -> &'static str {
+        let by_hand = self.teleoperator.as_ref().and_then(Teleoperator::phase_name);
+        by_hand.unwrap_or_else(|| self.navigator.phase().name())
+    }
+
+    /// What it sensed in the last step.
+    pub(super) fn ring_log(&self) -> &RingLog {
+        &self.ring_log
     }
 
     /// Why it gave up, if it did.
@@ -219,9 +258,10 @@ impl Vehicle {
         self.telemetry
     }
 
-    /// Whether it follows a trail on purpose.
+    /// Whether it follows a trail on purpose, or is driven along a path.
     pub(super) fn is_following(&self) -> bool {
-        self.navigator.phase() == Phase::FollowTrail
+        let by_hand = self.teleoperator.as_ref().is_some_and(Teleoperator::is_driving);
+        by_hand || self.navigator.phase() == Phase::FollowTrail
     }
 
     pub(super) fn navigator(&self) -> &Navigator {
@@ -284,6 +324,9 @@ impl Vehicle {
         }
         hash.absorb_u64(u64::from(view.avoider_state));
         hash.absorb_bytes(view.phase.name().as_bytes());
+        if let Some(person) = &self.teleoperator {
+            person.absorb_state(hash);
+        }
     }
 }
 

@@ -315,6 +315,7 @@ impl Bed {
             odom_from_base: Transform2::<Odom, Base>::new(odom_from_base),
             wheel_speeds: self.wheels,
             sonar_ranges_m: self.ranges_m,
+            sonar_ages_ms: [0; N_SONARS_MAX],
             n_sonars: self.n_sonars,
             sonar_fresh: self.fresh,
             stalled: [false; 2],

@@ -9,14 +9,18 @@ use navigator::{
 use obstacle_avoidance::Variant;
 use path_following::Path;
 use robot_models::{OdometryErrors, RobotModel};
+use run_context::Stamp;
 use sensor_models::SonarModel;
 
 use super::super::{
     error::Wrong,
-    file::{MissionFile, NavigatorFile, OdometryFile, RobotFile, SonarFile},
-    plan::{LinkPlan, RobotPlan},
+    file::{MissionFile, NavigatorFile, OdometryFile, RobotFile, SonarFile, TeleoperatorFile},
+    plan::{LinkPlan, RobotPlan, TeleoperatorPlan},
 };
-use super::{Checked, N_LINKS, choose, link, pose, range, unique};
+use super::{Checked, N_LINKS, choose, link, point, pose, range, seconds, unique};
+
+/// Times that a path may be driven.
+const LAPS_MAX: u32 = 100;
 
 /// `[[robots]]`, each table with a count above one laid out in rows.
 pub(super) fn robots(file: &MissionFile) -> Checked<Vec<RobotPlan>> {
@@ -44,9 +48,15 @@ fn group(key: &str, file: &RobotFile) -> Checked<Vec<RobotPlan>> {
         range(format!("{key}.spacing_m[{axis}]"), spacing_m, -100.0..=100.0, "from -100 to 100 m")?;
     }
     let first = pose(&format!("{key}.start"), file.start)?;
-    let errors = odometry(key, &file.odometry)?;
+    let errors = odometry(key, &file.odometry, model.drive.wheelbase_m)?;
     let sonar = sonar(key, &file.sonar)?;
     let link = link(&format!("{key}.link"), &file.link, N_LINKS)?;
+    if !model.speaks_arcos() && !matches!(link, LinkPlan::Direct) {
+        let allowed = format!("`direct`: the line of {} is not simulated", model.title);
+        return Err(Wrong::new(format!("{key}.link.kind"), &file.link.kind, allowed));
+    }
+    let teleoperator = file.teleoperator.as_ref();
+    let teleoperator = teleoperator.map(|t| teleoperator_plan(key, t, file, &link)).transpose()?;
     if matches!(link, LinkPlan::Direct) {
         // There is no SETA without bytes.
         model.limits.acceleration_max_mps2 = acceleration_mps2(key, &file.navigator)?;
@@ -67,19 +77,70 @@ fn group(key: &str, file: &RobotFile) -> Checked<Vec<RobotPlan>> {
             link: link.clone(),
             navigator: Arc::clone(&navigator),
             path: path.clone(),
+            teleoperator: teleoperator.clone(),
         }
     };
     Ok((0..file.count).map(one).collect())
 }
 
-fn odometry(key: &str, file: &OdometryFile) -> Checked<OdometryErrors> {
+/// `[robots.teleoperator]`.
+fn teleoperator_plan(
+    key: &str,
+    file: &TeleoperatorFile,
+    robot: &RobotFile,
+    link: &LinkPlan,
+) -> Checked<TeleoperatorPlan> {
+    let at = |name: &str| format!("{key}.teleoperator.{name}");
+    if !matches!(link, LinkPlan::Memory(_) | LinkPlan::Direct) {
+        let allowed = "`memory` or `direct`: nobody here sees a robot that is elsewhere";
+        return Err(Wrong::new(format!("{key}.link.kind"), &robot.link.kind, allowed));
+    }
+    if robot.count != 1 {
+        let allowed = "1, because one person drives one robot";
+        return Err(Wrong::new(format!("{key}.count"), robot.count, allowed));
+    }
+    if !(1..=LAPS_MAX).contains(&file.laps) {
+        return Err(Wrong::new(at("laps"), file.laps, "from 1 to 100"));
+    }
+    let corner = |(i, &p): (usize, &[f64; 2])| point(format!("{}[{i}]", at("path_m")), p);
+    let once = file.path_m.iter().enumerate().map(corner).collect::<Checked<Vec<Vec2>>>()?;
+    if file.laps > 1 && once.first() != once.last() {
+        let allowed = "1, or a path that ends where it begins";
+        return Err(Wrong::new(at("laps"), file.laps, allowed));
+    }
+    let mut corners = once.clone();
+    (1..file.laps).for_each(|_| corners.extend(once.iter().skip(1)));
+    let radius_m =
+        range(at("corner_radius_m"), file.corner_radius_m, 0.05..=5.0, "from 0.05 to 5 m")?;
+    let path = Path::rounded(&corners, radius_m)
+        .map_err(|e| Wrong::prose(at("path_m"), e.to_string(), "at least two different corners"))?;
+    let starts_at_s =
+        range(at("starts_at_s"), file.starts_at_s, 0.0..=86_400.0, "from 0 to 86400 s")?;
+    Ok(TeleoperatorPlan {
+        path,
+        speed_mps: range(at("speed_mps"), file.speed_mps, 0.02..=1.0, "from 0.02 to 1 m/s")?,
+        starts_at: Stamp::ZERO + seconds(starts_at_s),
+    })
+}
+
+fn odometry(key: &str, file: &OdometryFile, wheelbase_m: f64) -> Checked<OdometryErrors> {
     let ratio = |name: &str, value: f64| {
         range(format!("{key}.odometry.{name}"), value, 0.8..=1.25, "from 0.8 to 1.25")
     };
+    let drift_degpm = range(
+        format!("{key}.odometry.drift_degpm"),
+        file.drift_degpm,
+        -5.0..=5.0,
+        "from -5 to 5 degrees per metre",
+    )?;
+    let wheelbase_ratio = ratio("wheelbase_ratio", file.wheelbase_ratio)?;
+    // Wheels that roll alike turn the body by (r_R − r_L) / (b r_b) per metre.
+    let half_ratio = 0.5 * drift_degpm.to_radians() * wheelbase_m * wheelbase_ratio;
     Ok(OdometryErrors {
-        left_diameter_ratio: ratio("left_diameter_ratio", file.left_diameter_ratio)?,
-        right_diameter_ratio: ratio("right_diameter_ratio", file.right_diameter_ratio)?,
-        wheelbase_ratio: ratio("wheelbase_ratio", file.wheelbase_ratio)?,
+        left_diameter_ratio: ratio("left_diameter_ratio", file.left_diameter_ratio)? - half_ratio,
+        right_diameter_ratio: ratio("right_diameter_ratio", file.right_diameter_ratio)?
+            + half_ratio,
+        wheelbase_ratio,
         slip_std_ratio: range(
             format!("{key}.odometry.slip_std_ratio"),
             file.slip_std_ratio,
@@ -98,6 +159,8 @@ fn sonar(key: &str, file: &SonarFile) -> Checked<SonarModel> {
     let half_deg =
         range(at("half_angle_deg"), file.half_angle_deg, 1.0..=45.0, "from 1 to 45 degrees")?;
     Ok(SonarModel {
+        range_min_m: range(at("range_min_m"), file.range_min_m, 0.0..=0.3, "from 0 to 0.3 m")?,
+        range_step_m: range(at("range_step_m"), file.range_step_m, 0.0..=0.1, "from 0 to 0.1 m")?,
         range_max_m: range(at("range_max_m"), file.range_max_m, 0.3..=20.0, "from 0.3 to 20 m")?,
         half_angle_rad: half_deg.to_radians(),
         n_rays: file.n_rays,
