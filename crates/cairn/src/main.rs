@@ -7,6 +7,8 @@
 
 mod config;
 mod explain;
+mod graph;
+mod map;
 mod missions;
 mod output;
 mod parse;
@@ -50,6 +52,8 @@ enum Command {
     Explain(explain::Args),
     Reproduce(reproduce::Args),
     Config(config::Args),
+    Map(Box<map::Args>),
+    Graph(graph::Args),
 }
 
 fn main() -> ExitCode {
@@ -65,6 +69,8 @@ fn main() -> ExitCode {
         Some(Command::Explain(args)) => explain::main(&args),
         Some(Command::Reproduce(args)) => reproduce::main(&args),
         Some(Command::Config(args)) => config::main(&args),
+        Some(Command::Map(args)) => map::main(&args),
+        Some(Command::Graph(args)) => graph::main(&args),
     };
     match outcome {
         Ok(code) => code,

@@ -53,6 +53,11 @@ pub(crate) struct Args {
 
 pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     let model = Arc::new(RobotModel::by_name(&args.model)?);
+    anyhow::ensure!(
+        model.speaks_arcos(),
+        "{} does not speak the protocol that is served here; pioneer3dx and peoplebot do",
+        model.title
+    );
     let seed = RunSeed(args.seed);
     let (mut world, home) = load_world(&args.world, seed)?;
     let start = match &args.start {

@@ -92,6 +92,7 @@ fn what_cannot_be_served_is_refused_with_2() {
     let place = Place::new();
     let robot = |rest: &str| place.cairn(&format!("robot {rest}"));
     robot("nosuch --world doorbell").refused(2, &["nosuch", "pioneer3dx", "peoplebot"]);
+    robot("artemic5 --world artemic-e1").refused(2, &["ARTEMIC", "protocol", "peoplebot"]);
     robot("pioneer3dx --world absent.map").refused(2, &["absent.map", "No such file"]);
     robot("pioneer3dx --world office.map.gz").refused(2, &["unpack", "gunzip", "office.map.gz"]);
     robot("pioneer3dx --world doorbell --start 1,2").refused(2, &["three numbers"]);

@@ -1,0 +1,227 @@
+//! What `cairn map` is given: files, settings, values.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use anyhow::{Context, bail};
+use geometry::Se2;
+use grid_maps::{
+    EvidenceModel,
+    files::{MapYaml, map_server, read_pgm, read_png},
+};
+use recordings::{Complaints, Format, Loaded, ReadOptions, Recording, Rig, Ring};
+use surveys::{Known, SurveyConfig, SurveyPrior};
+
+use super::{Args, Method, Mode};
+
+/// Everything that was read.
+pub(super) struct Inputs {
+    pub(super) name: String,
+    /// What the log was read as, and what it holds.
+    pub(super) source: String,
+    pub(super) format: Format,
+    pub(super) recording: Arc<Recording>,
+    pub(super) known: Known,
+    pub(super) complaints: Vec<(String, Complaints)>,
+    /// What was found out while reading, a line each.
+    pub(super) notes: Vec<String>,
+}
+
+impl Inputs {
+    pub(super) fn read(args: &Args, log: &Path) -> anyhow::Result<Self> {
+        let bytes = file(log, "the recording")?;
+        let second = args.log2.as_deref().map(|path| file(path, "the second file")).transpose()?;
+        let truth = args.truth.as_deref().map(|path| file(path, "the true poses")).transpose()?;
+        let options = ReadOptions {
+            robot: args.robot.as_deref(),
+            poses: second.as_deref(),
+            truth: truth.as_deref().or(second.as_deref()),
+            ring: args.ring.clone().unwrap_or_default(),
+            ..ReadOptions::default()
+        };
+        let Loaded { recording, format, complaints } =
+            recordings::read(&log.display().to_string(), &bytes, &options)?;
+        drop(bytes);
+        let takes_second =
+            matches!(format, Format::ArtemicText | Format::SonarText | Format::MrptLaser);
+        if let (Some(path), false) = (&args.log2, takes_second) {
+            bail!("{}: a {format} has no second file; leave {} out", log.display(), path.display());
+        }
+        let name = file_name(log);
+        let mut complaints = vec![(name.clone(), complaints)];
+        let mut known = Known::default();
+        let mut notes = Vec::new();
+        if let (Some(path), Some(bytes)) = (&args.truth, &truth)
+            && recording.truth.is_empty()
+        {
+            let read = surveys::read_truth(&path.display().to_string(), bytes, &recording)?;
+            known.truth = read.poses;
+            complaints.push((file_name(path), read.complaints));
+        }
+        if let Some(path) = &args.relations {
+            let bytes = file(path, "the relations")?;
+            let shown = path.display().to_string();
+            let shift_s = args.relations_shift_s;
+            let read = surveys::read_known_relations(&shown, &bytes, &recording, shift_s)?;
+            if read.clock_shift_s.abs() > 1e-3 {
+                known.clock_is_free = shift_s.is_none();
+                notes.push(format!(
+                    "The relations' clock is about {:.1} s off the log's; set right.",
+                    -read.clock_shift_s
+                ));
+            }
+            known.relations = read.relations;
+            complaints.push((file_name(path), read.complaints));
+        }
+        let source = source(&recording, format);
+        let recording = Arc::new(recording);
+        Ok(Self { name, source, format, recording, known, complaints, notes })
+    }
+
+    /// The map that is known already, if one was given.
+    pub(super) fn prior(args: &Args, config: &SurveyConfig) -> anyhow::Result<Option<SurveyPrior>> {
+        let Some(path) = &args.prior else { return Ok(None) };
+        let name = path.display();
+        let text = String::from_utf8(file(path, "the known map")?)
+            .with_context(|| format!("{name}: is not text; give the map's YAML file"))?;
+        let yaml = MapYaml::parse(&text).with_context(|| name.to_string())?;
+        let image_path = path.parent().unwrap_or(Path::new("")).join(&yaml.image);
+        let bytes = file(&image_path, "the known map's picture")?;
+        let is_png = bytes.starts_with(b"\x89PNG");
+        let image = if is_png { read_png(&bytes) } else { read_pgm(&bytes) };
+        let image = image.with_context(|| image_path.display().to_string())?;
+        let settings = config.map();
+        let model = EvidenceModel {
+            hit_logodds: settings.hit_logodds,
+            miss_logodds: settings.miss_logodds,
+            min_logodds: -settings.limit_logodds,
+            max_logodds: settings.limit_logodds,
+        };
+        let map = map_server::read(&image, &yaml)
+            .and_then(|served| served.to_log_odds(model))
+            .with_context(|| name.to_string())?;
+        Ok(Some(SurveyPrior { map, start: args.start }))
+    }
+}
+
+/// The settings: file, then the options with names of their own, then `--set`.
+pub(super) fn config(args: &Args) -> anyhow::Result<SurveyConfig> {
+    let (origin, text) = match &args.config {
+        Some(path) => {
+            let text = fs::read_to_string(path)
+                .with_context(|| format!("cannot read the settings {}", path.display()))?;
+            (path.display().to_string(), text)
+        }
+        None => ("the settings".to_owned(), String::new()),
+    };
+    let mut overrides = Vec::new();
+    let method = args.method.map(|method| match method {
+        Method::Laser => "laser",
+        Method::Sonar => "sonar",
+        Method::Odometry => "odometry",
+    });
+    let mode = args.mode.map(|mode| match mode {
+        Mode::Default => "default",
+        Mode::Graph => "graph",
+        Mode::Thesis => "thesis",
+        Mode::Listing => "listing",
+    });
+    overrides.extend(method.map(|word| format!("survey.method={word}")));
+    overrides.extend(mode.map(|word| format!("survey.mode={word}")));
+    overrides.extend(args.overrides.iter().cloned());
+    Ok(SurveyConfig::parse(&origin, &text, &overrides)?)
+}
+
+/// The log's name without its endings, with `-map`.
+pub(super) fn default_folder(log: &Path) -> PathBuf {
+    let name = file_name(log);
+    let stem = name.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("recording");
+    PathBuf::from(format!("{stem}-map"))
+}
+
+fn file(path: &Path, what: &str) -> anyhow::Result<Vec<u8>> {
+    fs::read(path).with_context(|| format!("cannot read {what} {}", path.display()))
+}
+
+fn file_name(path: &Path) -> String {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    name.to_string_lossy().into_owned()
+}
+
+/// What a recording is, in a sentence.
+fn source(recording: &Recording, format: Format) -> String {
+    let n_readings = recording.rig.n_readings();
+    let rig = match &recording.rig {
+        Rig::Laser(_) => format!("of {n_readings} beams"),
+        Rig::Ring(_) => format!("of {n_readings} sonars"),
+    };
+    let duration_s = recording.duration().as_secs_f64();
+    let way = match recording.path_length_m() {
+        way_m if way_m > 0.0 => format!("{way_m:.0} m by odometry"),
+        _ => "without odometry".to_owned(),
+    };
+    format!(
+        "A {format}: {} scans {rig}, {} of time, {way}.",
+        recording.scans.len(),
+        time(duration_s)
+    )
+}
+
+/// A time for people.
+pub(super) fn time(seconds: f64) -> String {
+    if seconds < 120.0 { format!("{seconds:.1} s") } else { format!("{:.1} min", seconds / 60.0) }
+}
+
+/// A pose on the command line.
+pub(super) fn start(text: &str) -> Result<Se2, String> {
+    let numbers: Vec<f64> = text.split(',').map_while(|part| part.trim().parse().ok()).collect();
+    match numbers[..] {
+        [x_m, y_m, deg] if numbers.iter().all(|v| v.is_finite() && v.abs() <= 1e6) => {
+            Ok(Se2::new(x_m, y_m, deg.to_radians()))
+        }
+        _ => {
+            Err("must be three numbers, x and y in metres and degrees, such as 1.5,-2,90"
+                .to_owned())
+        }
+    }
+}
+
+/// A ring on the command line.
+pub(super) fn ring(text: &str) -> Result<Ring, String> {
+    Ring::by_name(text)
+        .ok_or_else(|| "must be listing8, artemic5, pioneer16, course8 or file".to_owned())
+}
+
+/// Seconds between checkpoints.
+pub(super) fn period(text: &str) -> Result<f64, String> {
+    let value = text.parse().ok().filter(|value| (0.0..=86_400.0).contains(value));
+    value.ok_or_else(|| "must be a number of seconds from 0 to 86400".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_are_named_for_the_log() {
+        let name = |log: &str| default_folder(Path::new(log)).display().to_string();
+        assert_eq!(name("/data/freiburg-079.clf.gz"), "freiburg-079-map");
+        assert_eq!(name("robot_state"), "robot_state-map");
+        assert_eq!(name(".hidden"), "recording-map");
+    }
+
+    #[test]
+    fn poses_on_the_command_line_have_three_numbers() {
+        let pose = start("1.5, -2,90").unwrap();
+        assert_eq!((pose.x_m, pose.y_m), (1.5, -2.0));
+        assert!((pose.yaw_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+        for wrong in ["", "1,2", "1,2,3,4", "1,x,3", "1,inf,3", "nan,0,0"] {
+            assert!(start(wrong).is_err(), "{wrong}");
+        }
+        assert!(period("-1").is_err() && period("nan").is_err() && period("0").is_ok());
+        assert!(ring("listing9").unwrap_err().contains("listing8"));
+    }
+}

@@ -1,0 +1,19 @@
+//! What a mode sets before anything else is read.
+
+use super::{MapSettings, Mode, Values};
+use crate::sonar::SonarSettings;
+
+/// The values that a mode begins with.
+pub(super) fn of(mode: Mode) -> Values {
+    let sonar = SonarSettings::of(mode);
+    let map = match mode {
+        Mode::Default | Mode::Graph => MapSettings::default(),
+        // The source calls a cell occupied from 0.7 on.
+        Mode::Thesis | Mode::Listing => MapSettings {
+            occupied_prob: sonar.classic.occupied_from_prob,
+            free_prob: 1.0 - sonar.classic.occupied_from_prob,
+            ..MapSettings::default()
+        },
+    };
+    Values { mode, map, sonar, ..Values::default() }
+}
