@@ -1,8 +1,9 @@
-//! The studio: a run in the browser, and the browser's hand on the run.
+//! The studio: a run in the browser, and the browser's hand on the run; and maps as they grow from recordings.
 //!
 //! [`serve`] steps a mission on a thread of its own and shows it on this computer only. What the page
 //! asks for becomes an [`missions::Intervention`], which is recorded; the studio writes nothing else
-//! into a run. `web/` holds the page; its built bundle is embedded.
+//! into a run. Beside it is the mapping page, which plays recordings into surveys; [`serve_survey`] shows it alone,
+//! with a recording. `web/` holds the pages; their built bundles are embedded.
 #![expect(
     clippy::disallowed_methods,
     reason = "the studio decides how fast a run is stepped, so it looks at the clock and waits"
@@ -10,6 +11,7 @@
 
 mod convert;
 mod edges;
+mod mapping;
 mod protocol;
 mod runner;
 mod server;
@@ -22,12 +24,16 @@ use std::{
         Arc,
         atomic::{AtomicBool, Ordering},
     },
+    thread::JoinHandle,
 };
 
 use anyhow::Context;
+use mapping::{Mapping, Player};
 use missions::Mission;
+use runner::Runner;
 use tokio::net::TcpListener;
 
+pub use mapping::Exhibit;
 pub use protocol::MissionName;
 pub use session::Show;
 
@@ -70,35 +76,114 @@ pub fn serve_until(
     on_ready: impl FnOnce(SocketAddr),
     stop: impl Future<Output = ()>,
 ) -> anyhow::Result<Option<PathBuf>> {
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(1)
-        .enable_all()
-        .build()
-        .context("cannot start the web server's runtime")?;
-    let listener = runtime.block_on(listen(options.port))?;
-    let address = listener.local_addr().context("cannot tell the server's own address")?;
+    let house = House::open(options.port)?;
     let missions = Arc::new(shipped_missions());
-    let (runner, remote) = runner::Runner::new(show, missions.clone(), options.speed_ratio)
-        .map_err(anyhow::Error::msg)?;
-    let stopping = Arc::new(AtomicBool::new(false));
-    let stop_stepping = stopping.clone();
-    let stepping = std::thread::Builder::new()
-        .name("run".to_owned())
-        .spawn(move || runner.drive(|| stop_stepping.load(Ordering::Relaxed)))
-        .context("cannot start the thread that steps the run")?;
-    on_ready(address);
-    let router = server::router(server::App { remote, missions, address });
-    let served = runtime.block_on(async {
-        tokio::select! {
-            served = async { axum::serve(listener, router).await } => served.context("the web server ended"),
-            () = stop => Ok(()),
-        }
-    });
-    stopping.store(true, Ordering::Relaxed);
-    let recorded =
-        stepping.join().map_err(|_panic| anyhow::anyhow!("the run ended by a fault of its own"))?;
-    served?;
-    recorded.map_err(anyhow::Error::msg)
+    let (runner, remote) =
+        Runner::new(show, missions.clone(), options.speed_ratio).map_err(anyhow::Error::msg)?;
+    let (mapping, player) = Mapping::new(true);
+    let mission = Some((runner, server::MissionPage { remote, missions }));
+    house.serve(mission, (mapping, player), on_ready, stop)
+}
+
+/// Serves the mapping page until the program is interrupted, with a recording to begin with or without; calls
+/// `on_ready` with the address once the page can be opened. The port is chosen as in [`Options`].
+///
+/// # Errors
+///
+/// When no port is free or the runtime cannot be made. A recording that cannot be mapped is told on the page.
+pub fn serve_survey(
+    exhibit: Option<Exhibit>,
+    port: Option<u16>,
+    on_ready: impl FnOnce(SocketAddr),
+) -> anyhow::Result<()> {
+    serve_survey_until(exhibit, port, on_ready, interrupted())
+}
+
+/// As [`serve_survey`], until `stop` is ready.
+///
+/// # Errors
+///
+/// As [`serve_survey`].
+pub fn serve_survey_until(
+    exhibit: Option<Exhibit>,
+    port: Option<u16>,
+    on_ready: impl FnOnce(SocketAddr),
+    stop: impl Future<Output = ()>,
+) -> anyhow::Result<()> {
+    let (mapping, player) = Mapping::new(false);
+    if let Some(exhibit) = exhibit {
+        mapping.show(exhibit);
+    }
+    House::open(port)?.serve(None, (mapping, player), on_ready, stop).map(|_no_recording| ())
+}
+
+/// A port of this computer and the runtime that answers on it.
+struct House {
+    runtime: tokio::runtime::Runtime,
+    listener: TcpListener,
+    address: SocketAddr,
+}
+
+impl House {
+    fn open(port: Option<u16>) -> anyhow::Result<Self> {
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(1)
+            .enable_all()
+            .build()
+            .context("cannot start the web server's runtime")?;
+        let listener = runtime.block_on(listen(port))?;
+        let address = listener.local_addr().context("cannot tell the server's own address")?;
+        Ok(Self { runtime, listener, address })
+    }
+
+    /// Serves the pages, with what they show stepped on threads of its own, until `stop` is ready. Gives back the
+    /// path of the mission's recording, if one was completed.
+    fn serve(
+        self,
+        mission: Option<(Runner, server::MissionPage)>,
+        (mapping, player): (Mapping, Player),
+        on_ready: impl FnOnce(SocketAddr),
+        stop: impl Future<Output = ()>,
+    ) -> anyhow::Result<Option<PathBuf>> {
+        let Self { runtime, listener, address } = self;
+        let stopping = Arc::new(AtomicBool::new(false));
+        let (runner, page) = mission.unzip();
+        let stepping = match runner {
+            Some(runner) => Some(spawn("run", &stopping, |stop| runner.drive(stop))?),
+            None => None,
+        };
+        // The player is not waited for at the end: a step of its last optimisation may take long.
+        spawn("player", &stopping, |stop| player.drive(stop))?;
+        on_ready(address);
+        let router = server::router(page, mapping, address);
+        let served = runtime.block_on(async {
+            tokio::select! {
+                served = async { axum::serve(listener, router).await } => served.context("the web server ended"),
+                () = stop => Ok(()),
+            }
+        });
+        stopping.store(true, Ordering::Relaxed);
+        // Nor is a recording that is being read.
+        runtime.shutdown_background();
+        let recorded = stepping.map_or(Ok(Ok(None)), JoinHandle::join);
+        let recorded =
+            recorded.map_err(|_panic| anyhow::anyhow!("the run ended by a fault of its own"))?;
+        served?;
+        recorded.map_err(anyhow::Error::msg)
+    }
+}
+
+/// Starts a thread that is told when it should end.
+fn spawn<T: Send + 'static>(
+    name: &str,
+    stopping: &Arc<AtomicBool>,
+    work: impl FnOnce(&dyn Fn() -> bool) -> T + Send + 'static,
+) -> anyhow::Result<JoinHandle<T>> {
+    let stopping = stopping.clone();
+    std::thread::Builder::new()
+        .name(name.to_owned())
+        .spawn(move || work(&|| stopping.load(Ordering::Relaxed)))
+        .with_context(|| format!("cannot start the thread `{name}`"))
 }
 
 /// Ready when the program is asked to end. Where that cannot be known, the system ends it.

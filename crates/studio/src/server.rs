@@ -1,4 +1,4 @@
-//! The web server: the page, its assets, and one WebSocket that carries the run.
+//! The web server: the pages, their assets, and the WebSocket that carries the run.
 //!
 //! It answers this computer only. The socket is refused to pages of other origins, so that no web
 //! site that happens to be open in the same browser can steer a robot.
@@ -13,7 +13,7 @@ use axum::{
     },
     http::{HeaderMap, HeaderValue, StatusCode, header},
     middleware::{self, Next},
-    response::{Html, IntoResponse, Response},
+    response::{Html, IntoResponse, Redirect, Response},
     routing::get,
 };
 use futures_util::{SinkExt, StreamExt, stream::SplitSink};
@@ -21,6 +21,7 @@ use rust_embed::RustEmbed;
 use tokio::sync::broadcast::error::RecvError;
 
 use crate::{
+    mapping::{self, Mapping},
     protocol::{MissionName, Refusal, Request},
     runner::Remote,
 };
@@ -32,24 +33,33 @@ struct Assets;
 /// Longest message the page may send, bytes; its requests are below 200.
 const REQUEST_BYTES_MAX: usize = 64 * 1024;
 
-/// What every handler shares.
+/// The mission page: the run that it shows, and the missions that it offers.
 #[derive(Clone)]
-pub(crate) struct App {
+pub(crate) struct MissionPage {
     pub remote: Remote,
     pub missions: std::sync::Arc<Vec<MissionName>>,
-    pub address: SocketAddr,
 }
 
-/// All routes of the studio.
-pub(crate) fn router(app: App) -> Router {
-    Router::new()
-        .route("/", get(page))
+/// All routes of the studio. Without a mission the mapping page stands in its place.
+pub(crate) fn router(
+    mission: Option<MissionPage>,
+    mapping: Mapping,
+    address: SocketAddr,
+) -> Router {
+    let pages = match mission {
+        Some(mission) => Router::new()
+            .route("/", get(|| async { page("index.html") }))
+            .route("/api/missions", get(missions))
+            .route("/ws", get(socket))
+            .with_state(mission),
+        None => Router::new().route("/", get(|| async { Redirect::temporary("/map") })),
+    };
+    pages
+        .route("/map", get(|| async { page("map.html") }))
         .route("/assets/{*name}", get(asset))
-        .route("/api/missions", get(missions))
         .route("/healthz", get(|| async { "ok" }))
-        .route("/ws", get(socket))
-        .layer(middleware::from_fn_with_state(app.address.port(), guard))
-        .with_state(app)
+        .merge(mapping::routes(mapping))
+        .layer(middleware::from_fn_with_state(address.port(), guard))
 }
 
 /// Turns foreign pages and names away, and tells the browser what our page may do.
@@ -84,8 +94,8 @@ fn content_policy(port: u16) -> String {
     )
 }
 
-async fn page() -> Response {
-    match Assets::get("index.html") {
+fn page(name: &str) -> Response {
+    match Assets::get(name) {
         Some(file) => Html(file.data.into_owned()).into_response(),
         None => (StatusCode::NOT_FOUND, "the page is not part of this build").into_response(),
     }
@@ -106,11 +116,11 @@ async fn asset(Path(name): Path<String>) -> Response {
     ([(header::CONTENT_TYPE, kind)], file.data.into_owned()).into_response()
 }
 
-async fn missions(Shared(app): Shared<App>) -> Json<Vec<MissionName>> {
+async fn missions(Shared(app): Shared<MissionPage>) -> Json<Vec<MissionName>> {
     Json(app.missions.to_vec())
 }
 
-async fn socket(Shared(app): Shared<App>, upgrade: WebSocketUpgrade) -> Response {
+async fn socket(Shared(app): Shared<MissionPage>, upgrade: WebSocketUpgrade) -> Response {
     upgrade
         .max_message_size(REQUEST_BYTES_MAX)
         .on_upgrade(move |socket| serve_page(app.remote, socket))
@@ -235,15 +245,18 @@ mod tests {
     /// What the page's own head allows, the header must not forbid, but for the socket's exact address.
     #[test]
     fn the_header_allows_what_the_page_says_it_needs() {
-        let page = Assets::get("index.html").unwrap();
-        let page = String::from_utf8(page.data.into_owned()).unwrap();
-        let header = content_policy(7878);
-        let start = page.find("default-src").unwrap();
-        let meta = &page[start..start + page[start..].find('"').unwrap()];
-        for directive in meta.split("; ").filter(|d| !d.starts_with("connect-src")) {
-            assert!(header.contains(directive), "{directive}");
+        for name in ["index.html", "map.html"] {
+            let page = Assets::get(name).unwrap();
+            let page = String::from_utf8(page.data.into_owned()).unwrap();
+            let header = content_policy(7878);
+            let start = page.find("default-src").unwrap();
+            let meta = &page[start..start + page[start..].find('"').unwrap()];
+            for directive in meta.split("; ").filter(|d| !d.starts_with("connect-src")) {
+                assert!(header.contains(directive), "{directive}");
+            }
+            assert!(meta.contains("connect-src 'self' ws:"));
+            assert!(header.contains("ws://localhost:7878"));
         }
-        assert!(meta.contains("connect-src 'self' ws:") && header.contains("ws://localhost:7878"));
     }
 
     #[test]

@@ -1,5 +1,9 @@
 //! A studio in this process and pages that talk to it, for the tests.
 
+#![expect(dead_code, reason = "each test file uses a part of it")]
+
+pub(crate) mod mapping;
+
 use std::{
     io::{Read, Write},
     net::{SocketAddr, TcpStream},
@@ -56,33 +60,13 @@ impl Studio {
 
     /// Connects with an origin and a host of one's choice; the status of a refusal.
     pub(crate) fn page_as(&self, origin: &str, host: &str) -> Result<Page, u16> {
-        let stream = TcpStream::connect(self.address).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        stream.set_write_timeout(Some(PATIENCE)).unwrap();
-        let mut request = format!("ws://{}/ws", self.address).into_client_request().unwrap();
-        let headers = request.headers_mut();
-        headers.insert("Origin", HeaderValue::from_str(origin).unwrap());
-        headers.insert("Host", HeaderValue::from_str(host).unwrap());
-        match tungstenite::client(request, stream) {
-            Ok((socket, _)) => Ok(Page { socket }),
-            Err(tungstenite::HandshakeError::Failure(tungstenite::Error::Http(response))) => {
-                Err(response.status().as_u16())
-            }
-            Err(other) => panic!("{other}"),
-        }
+        connect(self.address, "/ws", origin, host)
     }
 
     /// Status line, headers and body of a plain request.
     pub(crate) fn get(&self, path: &str, host: &str) -> (String, String, Vec<u8>) {
-        let mut stream = TcpStream::connect(self.address).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        write!(stream, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
-        let mut answer = Vec::new();
-        stream.read_to_end(&mut answer).unwrap();
-        let end = answer.windows(4).position(|w| w == b"\r\n\r\n").unwrap();
-        let head = String::from_utf8(answer[..end].to_vec()).unwrap();
-        let (status, headers) = head.split_once("\r\n").unwrap();
-        (status.to_owned(), headers.to_lowercase(), answer[end + 4..].to_vec())
+        let head = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");
+        exchange(self.address, &head, &[])
     }
 
     /// Ends it as Ctrl-C would; the recording's path.
@@ -99,6 +83,39 @@ impl Drop for Studio {
             let (Ok(()) | Err(())) = stop.send(());
         }
     }
+}
+
+/// Opens a socket with an origin and a host of one's choice; the status of a refusal.
+fn connect(address: SocketAddr, path: &str, origin: &str, host: &str) -> Result<Page, u16> {
+    let stream = TcpStream::connect(address).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    stream.set_write_timeout(Some(PATIENCE)).unwrap();
+    let mut request = format!("ws://{address}{path}").into_client_request().unwrap();
+    let headers = request.headers_mut();
+    headers.insert("Origin", HeaderValue::from_str(origin).unwrap());
+    headers.insert("Host", HeaderValue::from_str(host).unwrap());
+    match tungstenite::client(request, stream) {
+        Ok((socket, _)) => Ok(Page { socket }),
+        Err(tungstenite::HandshakeError::Failure(tungstenite::Error::Http(response))) => {
+            Err(response.status().as_u16())
+        }
+        Err(other) => panic!("{other}"),
+    }
+}
+
+/// Sends a plain request; status line, headers and body of the answer.
+fn exchange(address: SocketAddr, head: &str, body: &[u8]) -> (String, String, Vec<u8>) {
+    let mut stream = TcpStream::connect(address).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    stream.write_all(head.as_bytes()).unwrap();
+    stream.write_all(body).unwrap();
+    let mut answer = Vec::new();
+    // A server that refuses a body may close the line before all of it came.
+    let (Ok(_) | Err(_)) = stream.read_to_end(&mut answer);
+    let end = answer.windows(4).position(|w| w == b"\r\n\r\n").unwrap();
+    let head = String::from_utf8(answer[..end].to_vec()).unwrap();
+    let (status, headers) = head.split_once("\r\n").unwrap();
+    (status.to_owned(), headers.to_lowercase(), answer[end + 4..].to_vec())
 }
 
 /// What a browser's page would be.

@@ -1,7 +1,5 @@
 // The WebSocket to the program: connects, reconnects by itself with growing pauses, sends requests.
 
-import { type ClientMessage, parseServerMessage, type ServerMessage } from "./protocol";
-
 export type ConnectionState =
   | { phase: "connecting" }
   | { phase: "open" }
@@ -9,14 +7,16 @@ export type ConnectionState =
   | { phase: "lost"; retry_at_ms: number };
 
 export interface ConnectionEvents {
-  message(message: ServerMessage): void;
+  text(text: string): void;
+  binary?(bytes: ArrayBuffer): void;
   change(state: ConnectionState): void;
 }
 
 const PAUSE_FIRST_MS = 400;
 const PAUSE_MAX_MS = 8000;
 
-export class Connection {
+/** `Request` is what may be sent. */
+export class Connection<Request extends { type: string }> {
   private socket: WebSocket | null = null;
   private n_failures = 0;
   private timer = 0;
@@ -37,20 +37,21 @@ export class Connection {
     this.timer = 0;
     this.events.change({ phase: "connecting" });
     const socket = new WebSocket(this.url);
+    socket.binaryType = "arraybuffer";
     this.socket = socket;
     socket.addEventListener("open", () => {
       this.n_failures = 0;
       this.events.change({ phase: "open" });
     });
     socket.addEventListener("message", (event: MessageEvent<unknown>) => {
-      const message = typeof event.data === "string" ? parseServerMessage(event.data) : null;
-      if (message) this.events.message(message);
+      if (typeof event.data === "string") this.events.text(event.data);
+      else if (event.data instanceof ArrayBuffer) this.events.binary?.(event.data);
     });
     socket.addEventListener("close", () => this.onClose(socket));
   }
 
   /** False when there is no connection: the request is dropped, never queued for a later world. */
-  send(message: ClientMessage): boolean {
+  send(message: Request): boolean {
     if (this.socket?.readyState !== WebSocket.OPEN) return false;
     this.socket.send(JSON.stringify(message));
     return true;

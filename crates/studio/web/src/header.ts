@@ -24,6 +24,7 @@ export class Header {
     holder.append(
       h("h1", { class: "brand" }, h("img", { src: "/assets/favicon.svg", alt: "", width: 28, height: 28 }), "Cairn"),
       this.mission, this.about,
+      h("a", { class: "button small page-link", href: "/map", title: "Build maps from recordings" }, icon("layers"), "Mapping"),
       h("div", { class: "tail" }, this.kind, this.verdict, this.connection, this.theme, help),
     );
     this.mission.addEventListener("change", () => events.chooseMission(this.mission.value));

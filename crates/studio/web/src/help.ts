@@ -3,7 +3,6 @@
 import { h } from "./dom";
 import { icon } from "./icons";
 import type { Shortcut } from "./shortcuts";
-import type { Store } from "./state";
 
 const GROUPS: readonly Shortcut["group"][] = ["Playback", "Tools", "Map", "Page"];
 
@@ -11,9 +10,9 @@ export class Help {
   private readonly dialog = h("dialog", { class: "sheet", "aria-labelledby": "help-title" });
   private readonly about = h("p", { class: "sheet-about" });
 
-  constructor(shortcuts: readonly Shortcut[], private readonly store: Store) {
+  constructor(shortcuts: readonly Shortcut[], private readonly hello: () => { cairn: string; protocol: number } | null) {
     const close = h("button", { class: "button bare square", type: "button", "aria-label": "Close", onclick: () => this.dialog.close() }, icon("close"));
-    const groups = GROUPS.map((group) => {
+    const groups = GROUPS.filter((group) => shortcuts.some((shortcut) => shortcut.group === group)).map((group) => {
       const list = h("dl");
       for (const { shown, what } of shortcuts.filter((shortcut) => shortcut.group === group && shortcut.shown !== "")) {
         list.append(h("dt", {}, ...shown.split(" ").map((key) => h("kbd", {}, key))), h("dd", {}, what));
@@ -29,7 +28,8 @@ export class Help {
 
   open(): void {
     if (this.dialog.open) return;
-    const version = this.store.hello ? `Cairn ${this.store.hello.cairn}, protocol ${this.store.hello.protocol}. ` : "";
+    const hello = this.hello();
+    const version = hello ? `Cairn ${hello.cairn}, protocol ${hello.protocol}. ` : "";
     this.about.textContent = `${version}With fingers: drag pans, two fingers zoom. Licences of the packages inside this page: /assets/third-party.txt`;
     this.dialog.showModal();
   }

@@ -25,6 +25,12 @@ export const PATHS = {
   check: "M4.5 10.5l3.6 3.6 7.4-8",
   cross: "M6 6l8 8M14 6l-8 8",
   stop: "M5.5 5.5h9v9h-9z",
+  open: "M3.5 15.5v-10h4.6l1.6 2h6.8v8z",
+  start: "M5 4.5v11M15 4.5v11l-7.5-5.5z",
+  end: "M16 4.5v11M3.5 4.8v10.4l5.2-5.2zM9.5 4.8v10.4l5.2-5.2z",
+  pin: "M7 3.5h6l-.8 5 2.3 2.5h-9l2.3-2.5zM10 11v5.5",
+  compare: "M3.5 4.5h5.5v11H3.5zM11 4.5h5.5v11H11z",
+  robot: "M5 8h10v7H5zM10 8V5M8 4.5h4M8 11.5h.1M12 11.5h.1",
   plus: "M10 4.5v11M4.5 10h11",
   minus: "M4.5 10h11",
 } as const;

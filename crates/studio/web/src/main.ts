@@ -22,7 +22,7 @@ import { PlotsPanel } from "./panels/plots";
 import { ProgramPanel } from "./panels/program";
 import { SignalsPanel } from "./panels/signals";
 import { WirePanel } from "./panels/wire";
-import type { ClientMessage, Point } from "./protocol";
+import { type ClientMessage, parseServerMessage, type Point } from "./protocol";
 import { attachShortcuts } from "./shortcuts";
 import { shortcutTable } from "./shortcut_table";
 import { Store } from "./state";
@@ -31,8 +31,11 @@ import { VerdictBanner } from "./verdict";
 
 const store = new Store();
 const scheme = location.protocol === "https:" ? "wss" : "ws";
-const connection = new Connection(`${scheme}://${location.host}/ws`, {
-  message: (message) => store.accept(message, performance.now()),
+const connection = new Connection<ClientMessage>(`${scheme}://${location.host}/ws`, {
+  text: (text) => {
+    const message = parseServerMessage(text);
+    if (message) store.accept(message, performance.now());
+  },
   change: (state) => store.setConnection(state),
 });
 const send = (message: ClientMessage): boolean => {
@@ -88,7 +91,7 @@ const shortcuts = shortcutTable({
   showPanel: (key) => upper.show(key) || lower.show(key),
   help: () => help.open(),
 });
-const help = new Help(shortcuts, store);
+const help = new Help(shortcuts, () => store.hello);
 attachShortcuts(shortcuts);
 
 store.on("error", (text) => toasts.say(text, "bad"));

@@ -1,15 +1,14 @@
 // The page against the real program: `CAIRN_BIN=/path/to/cairn npm test`. Skipped without it.
 
 import assert from "node:assert/strict";
-import { execFileSync, spawn } from "node:child_process";
+import { execFileSync } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { eventually, launch, noBrowser, open, untilTime } from "./browser.mjs";
+import { eventually, launch, open, untilTime } from "./browser.mjs";
+import { noProgram as skip, program, start } from "./program.mjs";
 
-const program = process.env.CAIRN_BIN;
-const skip = noBrowser || (program ? false : "skipped: CAIRN_BIN is not set");
 const VERDICT_TIMEOUT_MS = 120_000;
 
 let browser;
@@ -17,28 +16,6 @@ before(async () => {
   if (!skip) browser = await launch();
 });
 after(() => browser?.close());
-
-/** Starts the program on a free port (or the given one) and waits for the address it prints. */
-async function start({ port = 0, args = ["run", "doorbell"] } = {}) {
-  const child = spawn(program, [...args, "--port", String(port)], { stdio: ["ignore", "pipe", "pipe"] });
-  let output = "";
-  for (const stream of [child.stdout, child.stderr]) stream.on("data", (data) => (output += data));
-  const stop = async () => {
-    if (child.exitCode !== null || child.signalCode !== null) return;
-    child.kill("SIGTERM");
-    await new Promise((resolve) => child.once("exit", resolve));
-  };
-  try {
-    const url = await eventually("the address of the studio", () => {
-      if (child.exitCode !== null) throw new Error(`the program ended: ${output}`);
-      return /http:\/\/127\.0\.0\.1:\d+\/?/.exec(output)?.[0];
-    }, 30_000);
-    return { url, port: Number(new URL(url).port), stop };
-  } catch (error) {
-    await stop();
-    throw error;
-  }
-}
 
 function programTest(name, body, { args, context } = {}) {
   test(name, { skip, timeout: VERDICT_TIMEOUT_MS + 60_000 }, async () => {

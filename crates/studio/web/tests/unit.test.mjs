@@ -166,3 +166,46 @@ test("another run is another story, the same run after a reconnection is not", a
   store.accept({ type: "state", t_s: 0, robots: [], decision: null }, 3);
   assert.equal(store.log.length, 1, "what was told at the very beginning stays");
 });
+
+test("packed cells come back as the program packed them", async () => {
+  const { unpack } = await load("src/mapping/decode.ts");
+  assert.deepEqual([...unpack(Uint8Array.from([2, 7, 8, 9, 253, 5, 0, 1]), 8)], [7, 8, 9, 5, 5, 5, 5, 1]);
+  assert.equal(unpack(Uint8Array.from([129, 3]), 128).every((cell) => cell === 3), true);
+  assert.deepEqual([...unpack(Uint8Array.from([4, 1, 2]), 3)], [1, 2, 0], "what is missing is unknown");
+});
+
+test("binary messages are read as they are described, and damaged ones are left out", async () => {
+  const { decode } = await load("src/mapping/decode.ts");
+  const bytes = new DataView(new ArrayBuffer(8 + 12 + 12));
+  bytes.setUint8(0, 2);
+  bytes.setUint8(1, 1);
+  [7, 1, 5, 1].forEach((value, i) => bytes.setUint32(4 + 4 * i, value, true));
+  [1.5, -2, 0.25].forEach((value, i) => bytes.setFloat32(20 + 4 * i, value, true));
+  const track = decode(bytes.buffer);
+  assert.deepEqual({ ...track, poses: [...track.poses] }, { slot: 1, run: 7, kind: "track", which: 1, first: 5, poses: [1.5, -2, 0.25] });
+  for (const length of [30, 28, 9]) assert.equal(decode(bytes.buffer.slice(0, length)), null);
+  bytes.setUint8(0, 99);
+  assert.equal(decode(bytes.buffer), null);
+});
+
+test("the speed of a recording goes from a tenth to two hundred times", async () => {
+  const { speedOfSlider, sliderOfSpeed, SPEED_MIN, SPEED_MAX } = await load("src/mapping/transport.ts");
+  assert.deepEqual([speedOfSlider(0), speedOfSlider(1000)], [SPEED_MIN, SPEED_MAX]);
+  for (const speed of [0.1, 1, 10, 200]) assert.equal(speedOfSlider(sliderOfSpeed(speed)), speed);
+});
+
+test("parameters and figures are written with their units", async () => {
+  const { unitOf, figureText } = await load("src/mapping/units.ts");
+  assert.deepEqual(unitOf("resolution_m"), { stem: "Resolution", unit: "m" });
+  assert.deepEqual(unitOf("window_max_deg"), { stem: "Window max", unit: "°" });
+  assert.equal(figureText(0.0123, "m"), "12.3 mm");
+  assert.equal(figureText(null, "m"), "–");
+  assert.equal(figureText(42, ""), "42");
+});
+
+test("the chosen candidate stands first, then those with the nearest scores", async () => {
+  const { ranked } = await load("src/mapping/candidates.ts");
+  const candidates = [[0, 0, 0, 0.2], [0.1, 0, 0, 0.9], [0, 0.1, 0, null], [0, 0, 0.1, 0.8]];
+  assert.deepEqual(ranked({ candidates, best: 1 }).map(([index]) => index), [1, 3, 0, 2]);
+  assert.deepEqual(ranked({ candidates, best: null }).map(([index]) => index), [0, 1, 3, 2]);
+});

@@ -6,6 +6,7 @@ const SCALE_MIN_PXPM = 4;
 const SCALE_MAX_PXPM = 900;
 
 export class Camera {
+  scale_min_pxpm = SCALE_MIN_PXPM;
   centre_m: Point = [0, 0];
   scale_pxpm = 60;
   width_px = 1;
@@ -32,7 +33,7 @@ export class Camera {
   /** Zooms so that the world point under the given pixel stays there. */
   zoomAt(x_px: number, y_px: number, factor: number): void {
     const [x_m, y_m] = this.toWorld(x_px, y_px);
-    this.scale_pxpm = Math.min(SCALE_MAX_PXPM, Math.max(SCALE_MIN_PXPM, this.scale_pxpm * factor));
+    this.scale_pxpm = Math.min(SCALE_MAX_PXPM, Math.max(this.scale_min_pxpm, this.scale_pxpm * factor));
     const [x_after_px, y_after_px] = this.toScreen(x_m, y_m);
     this.panBy(x_px - x_after_px, y_px - y_after_px);
   }

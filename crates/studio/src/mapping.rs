@@ -1,0 +1,141 @@
+//! The mapping page: plays a recording into a survey, and shows the map as it grows.
+//!
+//! A [`player::Player`] on a thread of its own steps the surveys and paints what they know on a [`stage::Stage`];
+//! every page is told what it has not seen yet. The survey is a run's only judge: nothing is computed here.
+
+mod board;
+mod cells;
+mod job;
+mod pack;
+mod parameters;
+mod player;
+mod protocol;
+mod routes;
+mod run;
+mod source;
+mod stage;
+
+use std::sync::{Arc, mpsc};
+
+use tokio::sync::{Mutex, oneshot};
+
+use self::{
+    player::Ask,
+    protocol::{Hello, PROTOCOL, Request, SampleInfo},
+    stage::Stage,
+};
+
+pub(crate) use player::Player;
+pub(crate) use routes::routes;
+pub use source::Exhibit;
+
+/// Largest recording that a page may bring, bytes.
+pub(crate) const UPLOAD_BYTES_MAX: usize = 256 * 1024 * 1024;
+
+/// Recordings that can be made on the spot.
+const SAMPLES: [SampleInfo; 3] = [
+    SampleInfo {
+        name: source::LASER_ROOM,
+        title: "A room with a laser",
+        about: "A robot drives twice through a furnished room of 8 m × 6 m; its odometry turns by 2° per metre.",
+    },
+    SampleInfo {
+        name: "artemic-e1",
+        title: "A room with five sonars",
+        about: "ARTEMIC drives through a simulated room with five sonars and drifting odometry.",
+    },
+    SampleInfo {
+        name: "artemic-e3",
+        title: "Two joined areas with five sonars",
+        about: "The same robot is driven twice through two areas, of which one is open beyond the sonars' reach.",
+    },
+];
+
+/// The pages' side of the player. Cloning gives another handle to it.
+#[derive(Clone, Debug)]
+pub(crate) struct Mapping {
+    stage: Stage,
+    asks: mpsc::Sender<Ask>,
+    /// Held while a recording is read or made: one at a time.
+    reading: Arc<Mutex<()>>,
+}
+
+impl Mapping {
+    /// A player without a recording, and its pages' side. The player ends when every handle is gone.
+    pub(crate) fn new(has_mission: bool) -> (Self, Player) {
+        let hello = Hello {
+            protocol: PROTOCOL,
+            cairn: env!("CARGO_PKG_VERSION"),
+            server: std::process::id(),
+            has_mission,
+            upload_max_bytes: UPLOAD_BYTES_MAX,
+            samples: SAMPLES.to_vec(),
+        };
+        let stage = Stage::new(&hello);
+        let (asks, asked) = mpsc::channel();
+        let player = Player::new(stage.clone(), asked);
+        (Self { stage, asks, reading: Arc::new(Mutex::new(())) }, player)
+    }
+
+    /// Hands a request to the player, in the order in which this is called. The answer comes when it is
+    /// carried out: a sentence for the person at the page if it cannot be.
+    fn ask(&self, request: Request) -> impl Future<Output = Result<(), String>> + Send + 'static {
+        let sample = match &request {
+            Request::Sample { name } => SAMPLES.iter().find(|sample| sample.name == name),
+            _ => None,
+        };
+        let (answer, answered) = oneshot::channel();
+        let mapping = self.clone();
+        let told = match sample {
+            Some(_) => Ok(()),
+            None => self.tell(Ask::Page(request, answer)),
+        };
+        async move {
+            told?;
+            match sample {
+                Some(sample) => {
+                    mapping.load(sample.title.to_owned(), || source::sample(sample)).await
+                }
+                None => answered.await.unwrap_or_else(|_gone| Err(GONE.to_owned())),
+            }
+        }
+    }
+
+    /// Makes a recording with `read` on another thread and gives it to the player.
+    ///
+    /// # Errors
+    ///
+    /// A sentence for the person at the page, who also sees it in place of the map.
+    async fn load(
+        &self,
+        name: String,
+        read: impl FnOnce() -> Result<source::Loaded, String> + Send + 'static,
+    ) -> Result<(), String> {
+        let Ok(_reading) = self.reading.try_lock() else {
+            return Err("another recording is being read; wait until it is there".to_owned());
+        };
+        self.tell(Ask::Reading(name.clone()))?;
+        let read = tokio::task::spawn_blocking(read).await;
+        match read
+            .unwrap_or_else(|_panic| Err(format!("{name}: reading it failed by a fault of ours")))
+        {
+            Ok(loaded) => self.tell(Ask::Load(Box::new(loaded))),
+            Err(problem) => {
+                self.tell(Ask::Unreadable { name, problem: problem.clone() })?;
+                Err(problem)
+            }
+        }
+    }
+
+    /// Gives the player a recording that was read already.
+    pub(crate) fn show(&self, exhibit: Exhibit) {
+        // The player lives as long as its handles.
+        drop(self.tell(Ask::Load(Box::new(exhibit.into()))));
+    }
+
+    fn tell(&self, ask: Ask) -> Result<(), String> {
+        self.asks.send(ask).map_err(|_gone| GONE.to_owned())
+    }
+}
+
+const GONE: &str = "the program is ending";
