@@ -6,6 +6,7 @@
 
 use std::f64::consts::TAU;
 
+use figures::{Axes, Floor, Line};
 use geometry::{Se2, Vec2};
 use missions::{Mission, MissionError};
 use run_context::RandomStream;
@@ -13,7 +14,7 @@ use run_context::RandomStream;
 use crate::{
     ExperimentError, Figure, Options, Progress, Report, Section, Table,
     batch::{Outcome, run_all, uniform},
-    chart::{self, Axes, Floor, Line},
+    report,
     statistics::{Proportion, median},
 };
 
@@ -217,6 +218,7 @@ fn hindrance_section<'a>(
             name: avoider.name().to_owned(),
             points: sweep.iter().map(|&(v, runs)| (v, ratio(runs))).collect(),
             bars: sweep.iter().map(|(_, r)| touched(r).interval_95().map(|p| 100.0 * p)).collect(),
+            ..Line::default()
         });
     }
     let axes = Axes { x: "speed (m/s)", y: "runs with contact (%)" };
@@ -227,7 +229,7 @@ fn hindrance_section<'a>(
         figures: vec![Figure {
             name: format!("missed-{name}"),
             caption: "Runs in which something was touched, with 95 % intervals.".to_owned(),
-            svg: chart::lines(axes, &lines)?,
+            svg: figures::lines(axes, &lines)?,
         }],
     })
 }
@@ -246,6 +248,7 @@ fn examples<'a>(of: impl Fn(Hindrance, Avoider) -> Sweep<'a>) -> Result<Section,
         trail_name: "the straight way",
         trail: vec![Vec2::new(0.0, 0.0), Vec2::new(7.0, 0.0)],
         driven: runs.iter().map(|(a, run)| (a.name().to_owned(), run.line_m())).collect(),
+        ..Floor::default()
     };
     Ok(Section {
         heading: "One obstacle".to_owned(),
@@ -256,7 +259,7 @@ fn examples<'a>(of: impl Fn(Hindrance, Avoider) -> Sweep<'a>) -> Result<Section,
             caption:
                 "The first run at 0.3 m/s (Fig. 7.11); the lines are those of the robot's axle."
                     .to_owned(),
-            svg: chart::floor(&floor)?,
+            svg: figures::floor(&floor)?,
         }],
     })
 }
@@ -314,7 +317,7 @@ fn comparison<'a>(of: impl Fn(Hindrance, Avoider) -> Sweep<'a>) -> Section {
             "our people wait when a robot is close ahead of them, but do not step aside".to_owned(),
         ],
     ];
-    Section::comparison(rows)
+    report::comparison(rows)
 }
 
 #[cfg(test)]

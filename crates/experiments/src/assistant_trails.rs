@@ -5,6 +5,7 @@
 //! trends are what can be compared. The thesis does not state how hard its robot accelerates; here that
 //! is one more factor, because it decides how soon the wheels do what the law asks for.
 
+use figures::{Axes, Floor, Line};
 use geometry::Vec2;
 use missions::{Mission, MissionError};
 use run_context::RandomStream;
@@ -12,7 +13,7 @@ use run_context::RandomStream;
 use crate::{
     ExperimentError, Figure, Options, Progress, Report, Section, Table,
     batch::{Outcome, run_all, uniform},
-    chart::{self, Axes, Floor, Line},
+    report,
     statistics::median,
 };
 
@@ -224,7 +225,7 @@ fn trajectories(straight: &[Outcome], free: &[Outcome]) -> Result<Section, Exper
     let free_floor =
         Floor { trail_name: "trail", trail: free_trail(), driven: named(free), ..Floor::default() };
     let figure = |name: &str, caption: &str, floor: &Floor| {
-        let svg = chart::floor(floor)?;
+        let svg = figures::floor(floor)?;
         Ok::<_, ExperimentError>(Figure { name: name.to_owned(), caption: caption.to_owned(), svg })
     };
     Ok(Section {
@@ -308,7 +309,7 @@ fn period_figure(acceleration_mps2: f64, all: &Measured<'_>) -> Result<Figure, E
         Line {
             name: format!("{speed_mps:.1} m/s"),
             points: all.iter().filter(|(s, _)| same(s)).filter_map(point).collect(),
-            bars: Vec::new(),
+            ..Line::default()
         }
     };
     let axes = Axes { x: "control period (s)", y: "settled distance from the trail, rms (mm)" };
@@ -318,7 +319,7 @@ fn period_figure(acceleration_mps2: f64, all: &Measured<'_>) -> Result<Figure, E
             "Settled distance from the trail against the control period; wheels accelerate with \
              {acceleration_mps2:.1} m/s²."
         ),
-        svg: chart::lines(axes, &SPEEDS_MPS.map(line))?,
+        svg: figures::lines(axes, &SPEEDS_MPS.map(line))?,
     })
 }
 
@@ -357,7 +358,7 @@ fn radius(outcomes: &[Vec<Outcome>]) -> Result<Section, ExperimentError> {
         figures: vec![Figure {
             name: "corner".to_owned(),
             caption: "The first run of each radius around the corner.".to_owned(),
-            svg: chart::floor(&floor)?,
+            svg: figures::floor(&floor)?,
         }],
     })
 }
@@ -460,7 +461,7 @@ fn comparison(
                 .to_owned(),
         ],
     ];
-    Section::comparison(rows)
+    report::comparison(rows)
 }
 
 #[cfg(test)]

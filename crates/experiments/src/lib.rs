@@ -16,11 +16,11 @@
 mod assistant_avoidance;
 mod assistant_trails;
 mod batch;
-mod chart;
 mod report;
+mod sonar_slam;
 mod statistics;
 
-pub use report::{Figure, Report, Section, Table};
+pub use figures::{Figure, Report, Section, Table};
 pub use statistics::{Proportion, median};
 
 use run_context::RunSeed;
@@ -53,8 +53,17 @@ pub enum ExperimentError {
     #[error("a mission of the experiment cannot be started: {0}")]
     Run(#[from] missions::RunError),
     /// A figure cannot be drawn.
-    #[error("a figure cannot be drawn: {0}")]
-    Figure(String),
+    #[error(transparent)]
+    Figure(#[from] figures::FigureError),
+    /// A recording cannot be localised in.
+    #[error("a recording of the experiment cannot be used: {0}")]
+    Localisation(#[from] continuous_localisation::RunError),
+    /// A recording cannot be mapped as the document describes.
+    #[error("a recording of the experiment cannot be mapped as described: {0}")]
+    Described(#[from] continuous_localisation::classic::ClassicError),
+    /// A map cannot be drawn.
+    #[error("a map of the experiment cannot be drawn: {0}")]
+    Map(#[from] grid_maps::MapError),
     /// The threads cannot be started.
     #[error("the threads cannot be started: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -95,8 +104,8 @@ impl Experiment {
     }
 }
 
-/// All experiments, in the order of the document.
-pub const ALL: [Experiment; 2] = [
+/// All experiments, document by document.
+pub const ALL: [Experiment; 3] = [
     Experiment {
         name: "assistant-7.4",
         title: "Following virtual pheromones: trajectories, and sweeps of speed, period, radius and sets",
@@ -108,6 +117,12 @@ pub const ALL: [Experiment; 2] = [
         title: "Bubble rebound: obstacles missed against speed, and a person who crosses",
         n_runs: 200,
         body: assistant_avoidance::run,
+    },
+    Experiment {
+        name: "sonar-slam",
+        title: "Sonar maps and continuous localisation: E1 to E4 against the truth, X1 to X4, V1, V1b, V2",
+        n_runs: 20,
+        body: sonar_slam::run,
     },
 ];
 
