@@ -276,6 +276,13 @@ fn a_killed_run_leaves_a_usable_checkpoint_and_is_finished() {
     assert!(n_lines >= n_done, "{n_lines} poses of {n_done} scans");
 
     place.cairn("map ring.csv -o killed --resume").refused(2, &["another recording"]);
+    // A checkpoint that the run does not come by is no checkpoint of this run.
+    let state = place.read("killed/checkpoint/state.json");
+    let mut strange: Value = serde_json::from_str(&state).unwrap();
+    strange["poses"] = "0123456789abcdef".into();
+    place.write("killed/checkpoint/state.json", &strange.to_string());
+    place.cairn("map room.clf -o killed --resume").refused(2, &["at scan", "without --resume"]);
+    place.write("killed/checkpoint/state.json", &state);
     place.cairn("map room.clf -o killed --resume").fine();
     for file in ["map.pgm", "trajectory.tum", "graph.g2o"] {
         let read = |folder: &str| fs::read(place.path(&format!("{folder}/{file}"))).unwrap();

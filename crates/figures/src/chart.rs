@@ -220,8 +220,7 @@ fn draw_lines(area: &Area<'_>, axes: Axes<'_>, lines: &[Line], (x, y): (Span, Sp
             let style = colour.stroke_width(2);
             chart.draw_series(LineSeries::new(points().filter(finite), style))?;
         }
-        let radius = if line.mark == Mark::Dots { 2 } else { 3 };
-        let dots = points().filter(finite).map(|point| Circle::new(point, radius, colour.filled()));
+        let dots = points().filter(finite).map(|point| Circle::new(point, 3, colour.filled()));
         // Trajectories have hundreds of points; markers are for measured ones.
         if line.points.len() <= 40 || line.mark == Mark::Dots {
             chart.draw_series(dots)?;
@@ -315,7 +314,11 @@ fn lay_under(svg: &mut String, picture: &Picture, [(left, top), (right, bottom)]
 
 /// A number at an axis, without digits that say nothing.
 fn tick(value: f64) -> String {
-    let digits = if value.abs() < 0.02 { 4 } else { 2 };
+    let digits = match value.abs() {
+        size if size < 0.02 => 4,
+        size if size < 0.5 => 3,
+        _ => 2,
+    };
     let text = format!("{value:.digits$}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
@@ -356,7 +359,7 @@ mod tests {
     #[test]
     fn ticks_are_short() {
         assert_eq!([10.0, 0.5, -0.25, -0.00001, 0.0].map(tick), ["10", "0.5", "-0.25", "0", "0"]);
-        assert_eq!(tick(0.0035), "0.0035");
+        assert_eq!([0.0035, 0.035].map(tick), ["0.0035", "0.035"]);
     }
 
     #[test]

@@ -185,7 +185,7 @@ impl Outcome {
         }
         if let Some((_, away_m, turned_rad)) = self.corrections().last() {
             add("last_correction_m", *away_m);
-            add("last_correction_deg", turned_rad.to_degrees());
+            add("last_correction_deg", wrap_to_pi(*turned_rad).to_degrees());
         }
         add("lost_scans", self.n_lost as f64);
         for counter in &self.counters {
@@ -251,4 +251,61 @@ pub(crate) fn dead_reckoning(
     let map_from_odom = map_from_odom.unwrap_or(first.unwrap_or(Se2::IDENTITY).inverse());
     let moved = |odom: Option<Se2>| odom.map(|odom| map_from_odom.compose(odom));
     recording.scans.iter().take(n).map(|scan| moved(scan.odom_from_base)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Clock, Survey, SurveyConfig, testing::room};
+    use std::sync::Arc;
+
+    fn dead(recording: &Arc<Recording>) -> Outcome {
+        let config = SurveyConfig::default().with(&["survey.method=odometry".to_owned()]).unwrap();
+        Survey::new(Arc::clone(recording), config, Clock::stopped()).unwrap().finish().unwrap()
+    }
+
+    #[test]
+    fn poses_of_the_recording_are_paired_scan_by_scan_even_without_useful_stamps() {
+        let mut recording = room(60);
+        recording.reference = recording.truth.clone();
+        let timed = dead(&Arc::new(recording.clone()));
+        let timed = timed.judge(&recording, &Known::default()).reference.unwrap();
+        for scan in 0..60 {
+            recording.scans[scan].stamp = run_context::Stamp::ZERO;
+            recording.reference[scan].stamp = run_context::Stamp::ZERO;
+        }
+        let untimed = dead(&Arc::new(recording.clone()));
+        let untimed = untimed.judge(&recording, &Known::default()).reference.unwrap();
+        assert_eq!(untimed, timed);
+        assert!(timed[0].mean_m > 0.1 && timed[0] == timed[1]);
+    }
+
+    #[test]
+    fn true_poses_of_a_file_are_found_by_their_stamps() {
+        let recording = Arc::new(room(60));
+        let outcome = dead(&recording);
+        // Every second pose, as another clock rate would have it: between them lies the arc.
+        let truth: Vec<StampedPose> = recording.truth.iter().step_by(2).copied().collect();
+        let known = Known { truth, ..Known::default() };
+        let own = outcome.judge(&recording, &Known::default()).truth.unwrap();
+        let found = outcome.judge(&recording, &known).truth.unwrap();
+        assert_eq!((own[0].n, found[0].n), (60, 59), "the last one has no neighbour");
+        assert!((own[0].rms_m - found[0].rms_m).abs() < 0.02, "{own:?} {found:?}");
+    }
+
+    /// The room's odometry turns by 2° too much for each metre; nobody corrects, so the correction is nothing.
+    #[test]
+    fn corrections_go_on_beyond_half_a_turn() {
+        let mut recording = room(60);
+        for (i, scan) in recording.scans.iter_mut().enumerate() {
+            let odom = scan.odom_from_base.unwrap();
+            scan.odom_from_base = Some(Se2::new(odom.x_m, odom.y_m, odom.yaw_rad - 0.1 * i as f64));
+        }
+        let outcome = Outcome {
+            odometry: dead_reckoning(&recording, 60, Some(Se2::IDENTITY)),
+            ..dead(&Arc::new(room(60)))
+        };
+        let last = *outcome.corrections().last().unwrap();
+        assert!((last.2 - 5.9).abs() < 1e-9, "{last:?}");
+    }
 }

@@ -74,13 +74,18 @@ fn table(plan: &SweepPlan, found: &SweepOutcome) -> Table {
         let mut cells: Vec<String> = setting.0.iter().map(|(_, value)| word(value)).collect();
         cells.extend(figures.iter().map(|figure| {
             let value = found.table.figure(i, figure);
-            value.map_or_else(|| "–".to_owned(), |v| format!("{v:.4}"))
+            value.map_or_else(|| "–".to_owned(), figure_text)
         }));
         cells.push(format!("{:.2}", row.time_s));
         cells.push(row.failure.clone().unwrap_or_default());
         table.rows.push(cells);
     }
     table
+}
+
+/// Counts without decimals, measures with four.
+fn figure_text(value: f64) -> String {
+    if value.fract().abs() < 1e-12 { format!("{value:.0}") } else { format!("{value:.4}") }
 }
 
 /// The judged figure against every key that is a number.
