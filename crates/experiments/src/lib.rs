@@ -32,7 +32,7 @@ pub struct Options {
     pub n_runs: u32,
     /// Everything random follows from it.
     pub seed: RunSeed,
-    /// Threads; 0 for one per core. The report does not depend on it.
+    /// Threads; 0 for one per core. The report does not depend on it, but for a table of computing times.
     pub n_threads: usize,
 }
 

@@ -181,7 +181,14 @@ pub(crate) fn on_the_best_clock(
     let rated = shifts.filter_map(|ns| Some((motion_error_m(&timed, trajectory, ns)?, ns)));
     let best = rated.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.abs().cmp(&b.1.abs())));
     let shift_ns = best.map_or(0, |(_, ns)| ns);
-    let moved = |stamp: Stamp| Stamp::from_nanos(stamp.as_nanos().saturating_add_signed(shift_ns));
+    // What is left between a moment and its scan is the loggers' doing, and would turn with the robot.
+    let scans: Vec<i64> = trajectory.iter().map(|p| nanos(p.stamp)).collect();
+    let moved = |stamp: Stamp| {
+        let moment = nanos(stamp).saturating_add(shift_ns);
+        let off_ns = distance_ns(moment, &scans);
+        let moment = if off_ns.abs() <= SAME_NS { moment + off_ns } else { moment };
+        Stamp::from_nanos(u64::try_from(moment).unwrap_or(0))
+    };
     let relation = |r: &Relation| Relation {
         first: moved(r.first),
         second: moved(r.second),
@@ -298,6 +305,32 @@ mod tests {
             assert!((shift_s + late_s).abs() < 0.011, "{late_s}: {shift_s}");
             let first = moved[0].first.as_secs_f64();
             assert!((first - 2.0).abs() < 0.011, "{first}");
+        }
+    }
+
+    #[test]
+    fn a_moment_beside_a_scan_is_the_scans_own() {
+        let pose = |t: f64| Se2::new(t, 0.0, (2.0 * t).sin());
+        let stamp = |t: f64| Stamp::from_nanos((t * 1e9).round() as u64);
+        let track: Vec<StampedPose> = (0..200)
+            .map(|i| f64::from(i) * 0.3)
+            .map(|t| StampedPose { stamp: stamp(t), pose: pose(t) })
+            .collect();
+        let relation = |i: i32| {
+            let (a, b) = (f64::from(3 * i) * 0.3, f64::from(3 * i + 4) * 0.3);
+            let jitter_s = if i % 2 == 0 { 0.04 } else { -0.04 };
+            Relation {
+                first: stamp(a + 0.1 + jitter_s),
+                second: stamp(b + 0.1 - jitter_s),
+                second_in_first: pose(a).inverse().compose(pose(b)),
+            }
+        };
+        let relations: Vec<Relation> = (0..60).map(relation).collect();
+        let (moved, _) = on_the_best_clock(&relations, &track);
+        let scans: Vec<Stamp> = track.iter().map(|p| p.stamp).collect();
+        for (i, relation) in moved.iter().enumerate() {
+            assert_eq!(relation.first, scans[3 * i], "{i}");
+            assert_eq!(relation.second, scans[3 * i + 4], "{i}");
         }
     }
 

@@ -208,6 +208,7 @@ fn far_readings(results: &Results) -> [String; 3] {
     };
     let is_weak = |method| part(method, 2) < 0.5 * part(method, 0).min(part(method, 1));
     let fades = |method| band(method, 2) < band(method, 0);
+    let ideal = [0, 2].map(|k| percent(band(Method::TruePoses, k)));
     [
         "V2: distant readings are weighted badly, and the arm that was not visited is poorly drawn"
             .to_owned(),
@@ -217,11 +218,14 @@ fn far_readings(results: &Results) -> [String; 3] {
             row(Method::Localised)
         ),
         format!(
-            "unvisited arm poor: {}, {}; distant cells less often right: {}, {} (document's method, ours)",
+            "unvisited arm poor: {}, {}; distant cells less often right: {}, {} (document's method, ours); at true poses {} % \
+             and {} % are right, near and far",
             verdict(is_weak(thesis(3))),
             verdict(is_weak(Method::Localised)),
             verdict(fades(thesis(3))),
-            verdict(fades(Method::Localised))
+            verdict(fades(Method::Localised)),
+            ideal[0],
+            ideal[1]
         ),
     ]
 }

@@ -40,6 +40,8 @@ pub(super) struct Room {
     pub(super) outlines: Vec<Vec<Vec2>>,
     /// Cells of walls and things.
     pub(super) truth: Truth,
+    /// A drive ends at the latest after so long, seconds.
+    pub(super) duration_s: f64,
     /// Driven, metres.
     pub(super) way_m: f64,
     /// What an earlier visit knows, drawn at known poses.
@@ -64,7 +66,7 @@ pub(super) struct Truth {
 }
 
 /// The four environments with their missions.
-pub(super) const ROOMS: [(&str, &str); 4] =
+pub(super) static ROOMS: [(&str, &str); 4] =
     [("E1", "artemic-e1"), ("E2", "artemic-e2"), ("E3", "artemic-e3"), ("E4", "artemic-e4")];
 
 /// The lattice of all maps here, of 35 mm as in the document.
@@ -90,8 +92,10 @@ impl Room {
     pub(super) fn new(
         (name, mission): (&'static str, &'static str),
         ring: &'static str,
+        duration_max_s: f64,
         seed: RunSeed,
     ) -> Result<Self, ExperimentError> {
+        let whole_s = Mission::load(mission, &[])?.duration_max().as_secs_f64();
         let mut room = Self {
             name,
             ring,
@@ -99,6 +103,7 @@ impl Room {
             world_from_map: Se2::IDENTITY,
             outlines: Vec::new(),
             truth: Truth::nothing(),
+            duration_s: whole_s.min(duration_max_s),
             way_m: 0.0,
             prior: (empty_map()?, Vec::new()),
         };
@@ -132,6 +137,7 @@ impl Room {
         let mut overrides = vec![
             format!("robots.model={}", self.ring),
             format!("robots.odometry.drift_degpm={drift_degpm:?}"),
+            format!("mission.duration_max_s={:?}", self.duration_s),
         ];
         overrides.extend_from_slice(more);
         Ok(Mission::load(self.mission, &overrides)?)

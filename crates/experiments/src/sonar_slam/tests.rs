@@ -21,10 +21,14 @@ fn in_pool<T: Send>(n_threads: usize, work: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap().install(work)
 }
 
-/// E1 with five sonars only.
+fn scope(rooms: &'static [(&'static str, &'static str)], duration_max_s: f64) -> Scope {
+    Scope { rooms, rings: &[FIVE], duration_max_s }
+}
+
+/// E1 with five sonars only, and not to the end.
 fn small(n_runs: u32, n_threads: usize) -> Results {
     let measure =
-        || measure(&ROOMS[..1], &[FIVE], &options(n_runs, n_threads), &|_, _| ()).unwrap();
+        || measure(scope(&ROOMS[..1], 100.0), &options(n_runs, n_threads), &|_, _| ()).unwrap();
     in_pool(n_threads, measure)
 }
 
@@ -88,7 +92,7 @@ fn the_number_of_threads_changes_nothing_and_the_laws_hold() {
 
 #[test]
 fn what_is_heard_is_in_sight_and_what_is_in_sight_is_a_wall() {
-    let room = Room::new(ROOMS[3], FIVE, RunSeed(3)).unwrap();
+    let room = Room::new(ROOMS[3], FIVE, f64::INFINITY, RunSeed(3)).unwrap();
     let set = |cells: &[grid_maps::Cell]| cells.iter().copied().collect::<BTreeSet<_>>();
     let (all, exposed) = (set(&room.truth.all), set(&room.truth.exposed));
     let heard = set(&room.truth.heard);
@@ -107,10 +111,10 @@ fn what_is_heard_is_in_sight_and_what_is_in_sight_is_a_wall() {
     assert!((36.0..40.0).contains(&room.way_m), "12.45 m and 26 m: {}", room.way_m);
 }
 
-/// The document's map and ours lie on the same lattice: at true poses both draw the same walls.
+/// The document's map and ours lie on the same lattice: three cells aside, its precision falls from 0.67 to 0.48.
 #[test]
 fn maps_of_both_methods_lie_at_the_same_place() {
-    let room = Room::new(ROOMS[0], FIVE, RunSeed(3)).unwrap();
+    let room = Room::new(ROOMS[0], FIVE, f64::INFINITY, RunSeed(3)).unwrap();
     let slip = ["robots.odometry.slip_std_ratio=0.0".to_owned()];
     let recording = sense(room.mission(0.0, &slip).unwrap(), RunSeed(9)).unwrap();
     let known = at_true_poses(&recording.recordings[0].1, room.world_from_map);
@@ -122,7 +126,7 @@ fn maps_of_both_methods_lie_at_the_same_place() {
     };
     let (ours, described) = (precision(Method::Odometry), precision(without_search));
     assert!(ours.0 > 0.5 && ours.1 > 0.4, "{ours:?}");
-    assert!(described.0 > 0.3 && described.1 > 0.3, "{described:?}");
+    assert!(described.0 > 0.6 && described.1 > 0.5, "{described:?}");
 }
 
 #[test]
@@ -134,7 +138,7 @@ fn the_experiment_is_found_by_its_name() {
 
 #[test]
 fn every_table_is_complete() {
-    let results = measure(&ROOMS, &[FIVE], &options(1, 0), &|_, _| ()).unwrap();
+    let results = measure(scope(&ROOMS, 50.0), &options(1, 0), &|_, _| ()).unwrap();
     let sections = [
         sections::targets(&results),
         sections::maps(&results),
@@ -154,7 +158,8 @@ fn every_table_is_complete() {
         for row in &table.rows {
             assert!(!row.iter().any(String::is_empty), "{}: {row:?}", table.caption);
             // Nothing may be drawn far from the way; everything else was measured.
-            let is_band = table.caption.starts_with("Precision of the walls drawn");
+            let is_band = table.caption.starts_with("Precision of the walls drawn")
+                || row[0].starts_with("V2");
             let is_with_drift_only = row[1].starts_with("document, ±3°, ");
             assert!(
                 is_band || is_with_drift_only || !row.iter().any(|cell| cell.contains('–')),

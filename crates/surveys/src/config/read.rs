@@ -219,6 +219,17 @@ mod tests {
     }
 
     #[test]
+    fn degrees_in_files_are_radians_inside() {
+        let sets = ["laser.loops.window_max_deg=90".to_owned(), "map.hit_logodds=1".to_owned()];
+        let config = SurveyConfig::default().with(&sets).unwrap();
+        let inside = config.values().laser.loops.window_max_rad;
+        assert!((inside - std::f64::consts::FRAC_PI_2).abs() < 1e-12, "{inside}");
+        assert_eq!(config.get("laser.loops.window_max_deg").as_deref(), Some("90.0"));
+        assert_eq!(config.get("map.hit_logodds").as_deref(), Some("1.0"), "a whole number will do");
+        assert_eq!(config.get("no.such_key"), None);
+    }
+
+    #[test]
     fn what_cannot_be_used_is_said_with_its_place() {
         expect!["a.toml:2:16: map.resolution_m = 7.5: must be from 0.005 to 1"]
             .assert_eq(&refused("[map]\nresolution_m = 7.5\n", &[]));
