@@ -27,6 +27,8 @@ pub struct Registration {
     /// From the uncorrected to the corrected pose of the robot at the end, in the frame of the map:
     /// x m, y m, yaw rad.
     pub correction: Se2,
+    /// The robot's pose at the end about which the short-term map was drawn: corrected by walls, not by grids.
+    pub drawn_end: Se2,
     /// Of the robot's pose (x, y, yaw in the frame of the map) after the correction; m² and rad².
     pub covariance: Matrix3<f64>,
     /// Yaw that odometry is now believed to miss per metre, radians.

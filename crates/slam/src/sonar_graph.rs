@@ -217,13 +217,6 @@ impl SonarGraph {
         let (Some(registration), Some(end)) = (registration, self.localiser.map_from_base()) else {
             return Ok(None);
         };
-        let correction = registration.correction;
-        // The short-term map was drawn before the correction, about the uncorrected end.
-        let drawn_from_base = Se2::new(
-            end.x_m - correction.x_m,
-            end.y_m - correction.y_m,
-            end.yaw_rad - correction.yaw_rad,
-        );
         let base_from_map = end.inverse();
         let row = |row: &StampedPose| StampedPose { pose: base_from_map.compose(row.pose), ..*row };
         let step = self.last_end.map(|last| last.inverse().compose(end));
@@ -231,7 +224,7 @@ impl SonarGraph {
         let travelled_m = self.submaps.last().map_or(0.0, |last| last.travelled_m) + way_m;
         self.submaps.push(Submap {
             map: self.localiser.short_term_map().clone(),
-            drawn_from_base,
+            drawn_from_base: registration.drawn_end,
             rows: registration.poses.iter().map(row).collect(),
             travelled_m,
             ended: registration.stamp,
@@ -280,8 +273,9 @@ impl SonarGraph {
         let apart_m = |j: &usize| (self.poses[*j].position() - pose.position()).norm();
         let is_old =
             |j: &usize| travelled_m - self.submaps[*j].travelled_m >= self.config.way_min_m;
-        let old: Vec<usize> =
-            (0..index).filter(|j| is_old(j) && apart_m(j) < 2.0 * self.config.radius_m).collect();
+        let old: Vec<usize> = (0..(index + 1).saturating_sub(self.config.together))
+            .filter(|j| is_old(j) && apart_m(j) < 2.0 * self.config.radius_m)
+            .collect();
         let nearest = old.iter().copied().min_by(|a, b| apart_m(a).total_cmp(&apart_m(b)));
         let Some(from) = nearest.filter(|j| apart_m(j) < self.config.radius_m) else {
             return Ok(None);

@@ -1,6 +1,6 @@
 //! Two public logs of real buildings, against the trajectory that comes with them, in one configuration.
 //!
-//! `cargo run --release -p cairn_slam --example judge` prints the figures for all of them.
+//! `cargo run --release -p cairn_slam --example laser_logs` prints the figures for all of them.
 
 #![expect(clippy::unwrap_used, reason = "a helper of tests may panic as they do")]
 

@@ -115,17 +115,17 @@ pub fn read_known_relations(
     };
     let stamp = |ns: i64| {
         let nanos = i128::from(ns) + i128::from(shift_ns) - i128::from(recording.epoch_ns);
-        u64::try_from(nanos.max(0)).map(Stamp::from_nanos).ok()
+        // A logger's jitter is forgiven; what is earlier is outside of every trajectory.
+        let nanos = if (-i128::from(SAME_NS)..0).contains(&nanos) { 0 } else { nanos };
+        Stamp::from_nanos(u64::try_from(nanos).unwrap_or(u64::MAX))
     };
-    let relation = |r: &recordings::trajectories::Relation| {
-        Some(Relation {
-            first: stamp(r.first_ns)?,
-            second: stamp(r.second_ns)?,
-            second_in_first: r.first_from_second,
-        })
+    let relation = |r: &recordings::trajectories::Relation| Relation {
+        first: stamp(r.first_ns),
+        second: stamp(r.second_ns),
+        second_in_first: r.first_from_second,
     };
     Ok(RelationsFile {
-        relations: file.relations.iter().filter_map(relation).collect(),
+        relations: file.relations.iter().map(relation).collect(),
         clock_shift_s: shift_ns as f64 * 1e-9,
         complaints: file.complaints,
     })
@@ -187,7 +187,7 @@ pub(crate) fn on_the_best_clock(
         let moment = nanos(stamp).saturating_add(shift_ns);
         let off_ns = distance_ns(moment, &scans);
         let moment = if off_ns.abs() <= SAME_NS { moment + off_ns } else { moment };
-        Stamp::from_nanos(u64::try_from(moment).unwrap_or(0))
+        Stamp::from_nanos(u64::try_from(moment).unwrap_or(u64::MAX))
     };
     let relation = |r: &Relation| Relation {
         first: moved(r.first),

@@ -223,6 +223,10 @@ impl Outcome {
 
 fn error_figures(name: &str, errors: &Errors) -> Vec<Figure> {
     let figure = |end: &str, value: f64| Figure { name: format!("{name}.{end}"), value };
+    if errors.n == 0 {
+        // No pair is no error, but no merit either: a sweep must not take it for the best.
+        return vec![figure("pairs", 0.0)];
+    }
     vec![
         figure("pairs", errors.n as f64),
         figure("mean_m", errors.mean_m),

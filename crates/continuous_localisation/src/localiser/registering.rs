@@ -44,6 +44,7 @@ impl Localiser {
     pub(super) fn register(&mut self) -> Option<Registration> {
         let mut chain = self.chain.take()?;
         let before = chain.end();
+        let mut drawn_end = before;
         // In order of time along the way, whatever order the sensors have in a row.
         self.readings.sort_by(|a, b| {
             let (p, q) = (a.at, b.at);
@@ -58,9 +59,13 @@ impl Localiser {
                 self.filter.square_up(squareness);
             }
             chain.end_at(self.filter.map_from_base, self.filter.missed_yaw_radpm);
+            drawn_end = chain.end();
+            self.draw(&chain);
             result = self.search(&chain);
             is_grid_used = self.learn_from_grids(&chain, &result, fit.n_echoes);
             chain.end_at(self.filter.map_from_base, self.filter.missed_yaw_radpm);
+        } else {
+            self.draw(&chain);
         }
         let outcome = match (is_grid_used, fit.n_echoes > 0) {
             _ if !self.config.is_correcting => Outcome::SwitchedOff,
@@ -98,6 +103,7 @@ impl Localiser {
             wall_rms_m: (fit.squares_m2 / fit.n_echoes.max(1) as f64).sqrt(),
             outcome,
             correction: Se2::new(end.x_m - before.x_m, end.y_m - before.y_m, turned),
+            drawn_end,
             covariance: self.filter.pose_covariance(),
             missed_yaw_radpm: start.missed_yaw_radpm,
             map_from_odom: self.map_from_odom(),
@@ -199,15 +205,19 @@ impl Localiser {
         fit
     }
 
-    /// Lays the short-term map on the long-term one at many poses.
-    fn search(&mut self, chain: &Chain) -> SearchResult {
-        if self.config.search.is_empty() {
-            return SearchResult::default();
-        }
+    /// Draws the short-term map about the end of the chain.
+    fn draw(&mut self, chain: &Chain) {
         self.short_term.clear();
         for reading in &self.readings {
             let placed = self.placed(chain, reading, None);
             self.inserter.insert(&mut self.short_term, &placed);
+        }
+    }
+
+    /// Lays the short-term map on the long-term one at many poses.
+    fn search(&self, chain: &Chain) -> SearchResult {
+        if self.config.search.is_empty() {
+            return SearchResult::default();
         }
         let pivot = chain.end().position();
         let evidence = Evidence::of(&self.short_term, pivot);

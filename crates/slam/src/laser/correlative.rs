@@ -51,6 +51,8 @@ pub struct Correlation {
     pub n_scored: usize,
 }
 
+/// Cells or turns to each side at most, however wide the window.
+const HALF_MAX: i32 = 1 << 14;
 /// What a unit of squared normalised distance from the guess takes off the score.
 const PENALTY_RATIO: f64 = 0.01;
 
@@ -114,10 +116,12 @@ impl ScoreGrid {
         f64::from(self.sum(0, &cells, 0, 0)) / (255.0 * points.len().max(1) as f64)
     }
 
-    /// The best pose for `points` in the window about `guess`, if its score reaches `score_min_ratio`.
+    /// The best pose for `points` in the window about `guess`, if its score, less what its distance from the
+    /// guess costs, exceeds `score_min_ratio`.
     ///
     /// The lattice of poses has the grid's resolution, and turns small enough that the farthest
-    /// point moves by one cell. Equal scores: the earlier turn, then the lower cell. Cost: in the
+    /// point moves by one cell. Of equal ones the first found; the same inputs give
+    /// the same one. Cost: in the
     /// worst case all poses of the window times the points; usually a few thousand bounds.
     pub fn correlate(
         &self,
@@ -197,10 +201,10 @@ impl ScoreGrid {
         let side = (1 << level) - 1;
         let mut sum = 0;
         for &(x, y) in cells {
-            let (mut x, mut y) = (x + dx, y + dy);
+            let (mut x, mut y) = (x.saturating_add(dx), y.saturating_add(dy));
             if level > 0 {
-                x = if x < 0 && x + side >= 0 { 0 } else { x };
-                y = if y < 0 && y + side >= 0 { 0 } else { y };
+                x = if x < 0 && x.saturating_add(side) >= 0 { 0 } else { x };
+                y = if y < 0 && y.saturating_add(side) >= 0 { 0 } else { y };
             }
             // A negative number wraps to a huge one, so one comparison per axis does for two.
             if (x as u32) < width && (y as u32) < height {
@@ -263,7 +267,8 @@ impl<'a> Search<'a> {
         score_min_ratio: f64,
     ) -> Self {
         let step_rad = grid.turn_step_rad(points);
-        let n_turns = (window.half_rad / step_rad).ceil() as i32;
+        let half_rad = window.half_rad.min(std::f64::consts::PI);
+        let n_turns = ((half_rad / step_rad).ceil() as i32).clamp(0, HALF_MAX);
         let turns = (-n_turns..=n_turns)
             .map(|i| {
                 let yaw_rad = f64::from(i) * step_rad;
@@ -284,7 +289,7 @@ impl<'a> Search<'a> {
                 }
             })
             .collect();
-        let half = (window.half_m / grid.resolution_m).ceil() as i32;
+        let half = ((window.half_m / grid.resolution_m).ceil() as i32).clamp(0, HALF_MAX);
         Self {
             grid,
             turns,

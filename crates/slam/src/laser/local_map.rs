@@ -13,6 +13,10 @@ use super::{
 
 /// Likelihood levels of every grid; the coarsest bounds 32 × 32 shifts.
 const N_LEVELS: usize = 6;
+/// Farther from a guess nothing is looked for, metres.
+const WINDOW_MAX_M: f64 = 6.0;
+/// Keyframes farther from the anchor see nothing of what a scan there sees, metres.
+const FAR_M: f64 = 50.0;
 /// Points of a scan that take part in a correlative match: enough to tell, and quick.
 const CORRELATED_POINTS_MAX: usize = 180;
 
@@ -37,7 +41,10 @@ impl LocalMap {
         config: &TrackingConfig,
     ) {
         let anchor_from_map = poses[anchor].inverse();
-        let placed = members.map(|i| (anchor_from_map.compose(poses[i]), &keyframes[i].points));
+        // After a jump of the odometry neighbours along the way may be far apart.
+        let near = |&i: &usize| anchor_from_map.compose(poses[i]).position().norm() <= FAR_M;
+        let placed =
+            members.filter(near).map(|i| (anchor_from_map.compose(poses[i]), &keyframes[i].points));
         self.surfels.rebuild(placed.clone(), config.surfel_cell_m);
         self.cloud.clear();
         for (pose, scan) in placed {
@@ -92,6 +99,7 @@ impl LocalMap {
         std_rad: f64,
         config: &LaserConfig,
     ) -> Refined {
+        let (std_m, std_rad) = (std_m.max(1e-6), std_rad.max(1e-6));
         let prior = PosePrior { pose: guess, information: isotropic(std_m, std_rad) };
         let direct = self.refine(scan, guess, Some(&prior), &config.refine);
         // A gradient finds its way over about the reach of its first step, at 10 m as well.
@@ -100,7 +108,12 @@ impl LocalMap {
             return direct;
         }
         let thinned = thinned(&scan.points, CORRELATED_POINTS_MAX);
-        let window = SearchWindow { half_m: 3.0 * std_m, half_rad: 3.0 * std_rad, std_m, std_rad };
+        let window = SearchWindow {
+            half_m: (3.0 * std_m).min(WINDOW_MAX_M),
+            half_rad: (3.0 * std_rad).min(std::f64::consts::PI),
+            std_m,
+            std_rad,
+        };
         let grid = self.grid(&config.tracking);
         let Some(found) = grid.correlate(&thinned, guess, &window, 0.1) else { return direct };
         let searched = self.refine(scan, found.pose, Some(&prior), &config.refine);
@@ -116,6 +129,8 @@ pub(crate) fn thinned(points: &[Vec2], n_max: usize) -> Vec<Vec2> {
 
 /// The information of a pose known to the given standard deviations.
 pub(crate) fn isotropic(std_m: f64, std_rad: f64) -> Matrix3<f64> {
+    // A guess without any error would leave nothing to find.
+    let (std_m, std_rad) = (std_m.max(1e-6), std_rad.max(1e-6));
     let position = std_m.powi(-2);
     Matrix3::from_diagonal(&nalgebra::Vector3::new(position, position, std_rad.powi(-2)))
 }

@@ -89,6 +89,13 @@ impl LoopCloser {
         later_too: bool,
     ) -> Vec<(Closure, Matrix3<f64>)> {
         let &Known { keyframes, poses, config, .. } = known;
+        let agree = self.config.agree_keyframes;
+        let before = self.waiting.len();
+        self.waiting.retain(|(closure, _)| closure.to + agree >= index);
+        let alone = before - self.waiting.len();
+        if alone > 0 {
+            *self.rejected.entry(Rejection::Alone).or_default() += alone;
+        }
         let candidates = self.candidates(index, known);
         if candidates.is_empty() {
             return Vec::new();
@@ -106,13 +113,6 @@ impl LoopCloser {
                 Ok(unsure) => self.wait(unsure, poses, &mut found),
                 Err(reason) => *self.rejected.entry(reason).or_default() += 1,
             }
-        }
-        let agree = self.config.agree_keyframes;
-        let before = self.waiting.len();
-        self.waiting.retain(|(closure, _)| closure.to + agree >= index);
-        let alone = before - self.waiting.len();
-        if alone > 0 {
-            *self.rejected.entry(Rejection::Alone).or_default() += alone;
         }
         found
     }
@@ -213,8 +213,8 @@ impl LoopCloser {
         guess: Se2,
         config: &LaserConfig,
     ) -> Result<(Se2, f64), Rejection> {
-        let std_m = candidate.std_m.clamp(0.05, self.config.window_max_m / 3.0);
-        let std_rad = candidate.std_rad.clamp(0.02, self.config.window_max_rad / 3.0);
+        let std_m = candidate.std_m.max(0.05).min(self.config.window_max_m / 3.0);
+        let std_rad = candidate.std_rad.max(0.02).min(self.config.window_max_rad / 3.0);
         let window = SearchWindow { half_m: 3.0 * std_m, half_rad: 3.0 * std_rad, std_m, std_rad };
         let points = thinned(&scan.points, SCAN_POINTS_MAX);
         let grid = self.there.grid(&config.tracking);
@@ -235,7 +235,8 @@ impl LoopCloser {
     ) {
         let agrees = |other: &Closure| {
             let closure = &unsure.0;
-            if closure.to == other.to {
+            let apart = closure.to.abs_diff(other.to);
+            if apart == 0 || apart > self.config.agree_keyframes {
                 return false;
             }
             // Round the square of the two loops and the two ways between them.

@@ -180,6 +180,7 @@ impl LaserSlam {
             Some(_) => Tracking::Matched,
         };
         let still = tracking == Tracking::Standing;
+        let inlier_ratio = placed.map_or(0.0, |p| p.inlier_ratio);
         let placed = if still { None } else { placed };
         let keyframe_from_base = placed.map_or(guess, |p| p.pose);
         let step = last.keyframe_from_base.inverse().compose(keyframe_from_base).log();
@@ -191,7 +192,6 @@ impl LaserSlam {
             self.drift = (0.0, 0.0);
         }
         self.scans.push(Placed { stamp: scan.stamp, keyframe: anchor, keyframe_from_base });
-        let inlier_ratio = placed.map_or(0.0, |p| p.inlier_ratio);
         let mut report = StepReport {
             map_from_base: self.poses[anchor].compose(keyframe_from_base),
             tracking,
@@ -200,7 +200,9 @@ impl LaserSlam {
             closures: Vec::new(),
             graph_moved: false,
         };
-        if !still && self.is_news(keyframe_from_base, tracking, inlier_ratio) {
+        let sees = !points.is_empty();
+        // A blind scan is no news, and would push what was seen out of the local map.
+        if !still && sees && self.is_news(keyframe_from_base, tracking, inlier_ratio) {
             self.add_keyframe(scan, points, placed.as_ref(), std, &mut report);
         }
         report
@@ -339,7 +341,7 @@ impl LaserSlam {
                 break;
             }
         }
-        let slip = (motion.slip_position_std_m, motion.slip_yaw_std_rad);
+        let slip = (usual.0.max(motion.slip_position_std_m), usual.1.max(motion.slip_yaw_std_rad));
         if best.0 { (Some(best.1), best.2) } else { (None, slip) }
     }
 

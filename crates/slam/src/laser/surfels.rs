@@ -200,11 +200,16 @@ impl SurfelMap {
 
     /// The nearest surfel to `point` within `reach_m` whose normal agrees with `normal`; any, if that is zero.
     fn nearest(&self, point: Vec2, normal: Vec2, reach_m: f64) -> Option<&Surfel> {
+        if self.surfels.is_empty() {
+            return None;
+        }
         let (cx, cy) = self.cell_of(point);
         let reach = (reach_m / self.cell_m).ceil() as i32;
         let cos_min = if normal == Vec2::zeros() { -1.0 } else { NORMALS_AGREE };
-        let (x0, x1) = ((cx - reach).max(0), (cx + reach).min(self.width - 1));
-        let (y0, y1) = ((cy - reach).max(0), (cy + reach).min(self.height - 1));
+        let (x0, x1) =
+            (cx.saturating_sub(reach).max(0), cx.saturating_add(reach).min(self.width - 1));
+        let (y0, y1) =
+            (cy.saturating_sub(reach).max(0), cy.saturating_add(reach).min(self.height - 1));
         let mut best = None;
         let mut best_m2 = reach_m * reach_m;
         for y in y0..=y1 {

@@ -149,7 +149,11 @@ impl Mapper for GraphMapper {
 
     fn short_term(&self) -> Option<ShortTerm> {
         let map = SurveyMap::Evidence(self.slam.localiser().short_term_map().clone());
-        Some(ShortTerm { map_from_patch: Se2::IDENTITY, map })
+        // Drawn in the frame of continuous localisation, which no loop corrects.
+        let own = self.slam.localiser().map_from_base();
+        let frames = self.slam.map_from_base().zip(own);
+        let map_from_patch = frames.map_or(Se2::IDENTITY, |(map, own)| map.compose(own.inverse()));
+        Some(ShortTerm { map_from_patch, map })
     }
 
     fn counters(&self) -> Vec<Counter> {

@@ -1,7 +1,7 @@
 //! Laser SLAM on recordings, with its errors against what is known: one line each, one configuration.
 //!
 //! ```sh
-//! cargo run --release -p cairn_slam --example judge -- logs/csail.clf.gz logs/seattle.clf.gz
+//! cargo run --release -p cairn_slam --example laser_logs -- logs/csail.clf.gz logs/seattle.clf.gz
 //! ```
 #![expect(clippy::print_stdout, clippy::disallowed_methods, reason = "it prints and times")]
 
