@@ -112,8 +112,15 @@ pub struct WallTrust {
     pub straight_within_m: f64,
     /// A wall is expected to go on straight so far beyond what was seen of it, metres.
     pub goes_on_m: f64,
-    /// An echo belongs to a wall when its range is as predicted up to this, metres.
+    /// A piece belongs to a wall, if at all, when it is no farther from its line than this, metres.
     pub gate_m: f64,
+    /// An echo outside all pieces belongs to a wall, if at all, when its range is as predicted up to
+    /// this, metres. Far less than [`gate_m`](Self::gate_m), because nothing but its range speaks for
+    /// it: it has been left out of a piece next to a jump, where sound comes from an edge, or from a
+    /// door that lies a hand's breadth deeper than the wall. One such echo is within what a wall's
+    /// direction leaves uncertain; a row of them turns the wall, and the robot with it. More than a
+    /// step of coarse ranges (an inch), less than half the depth of a doorway (0.12 m).
+    pub lone_gate_m: f64,
     /// A piece belongs to a wall only when their directions differ less than this, radians.
     pub direction_gate_rad: f64,
     /// Standard deviation of an echo's range from a wall that does not depend on it, metres: more
@@ -253,6 +260,7 @@ impl Default for WallTrust {
             straight_within_m: 0.015,
             goes_on_m: 1.5,
             gate_m: 0.3,
+            lone_gate_m: 0.05,
             direction_gate_rad: 0.25,
             range_std_m: 0.03,
             range_std_ratio: 0.01,
@@ -315,6 +323,7 @@ impl LocaliserConfig {
                 ("walls.length_min_m", walls.length_min_m, 0.05, 10.0, "from 0.05 to 10 m"),
                 ("walls.goes_on_m", walls.goes_on_m, 0.0, 10.0, "from 0 to 10 m"),
                 ("walls.gate_m", walls.gate_m, 0.001, 2.0, "from 0.001 to 2 m"),
+                ("walls.lone_gate_m", walls.lone_gate_m, 0.001, 2.0, "from 0.001 to 2 m"),
                 ("walls.range_std_m", walls.range_std_m, 0.001, 1.0, "from 0.001 to 1 m"),
             ]);
         }

@@ -198,7 +198,8 @@ impl Filter {
         Some(self.walls.len() - 1)
     }
 
-    /// The wall that a single echo most likely is of, if any: the best fit among those seen there.
+    /// The wall that an echo outside all pieces most likely is of, if any: the best fit among those
+    /// seen there, and only a close one.
     pub(crate) fn sighted(
         &self,
         sensor: Se2,
@@ -215,8 +216,8 @@ impl Filter {
             let predicted_m = wall.distance_m(point);
             let off_m = (range_m - predicted_m).abs();
             let is_in_cone = wall.normal().dot(&sensor.heading()) >= cos_half;
-            let fits =
-                predicted_m > 0.0 && off_m <= trust.gate_m && is_in_cone && wall.is_seen_at(point);
+            let is_close = predicted_m > 0.0 && off_m <= trust.lone_gate_m;
+            let fits = is_close && is_in_cone && wall.is_seen_at(point);
             fits.then_some((i, off_m))
         });
         found.min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0))).map(|(i, _)| i)
@@ -436,6 +437,11 @@ mod tests {
         // Nor is it attributed to the wall in the first place: not in the cone, or not as far.
         assert_eq!(f.sighted(left, 1.0, &trust, 0.26), Some(wall));
         assert_eq!(f.sighted(left, 1.4, &trust, 0.26), None);
+        // A door is deeper than its wall by more than the gate, an edge beside it nearer by more.
+        for (range_m, found) in [(1.03, Some(wall)), (0.97, Some(wall)), (1.12, None), (0.9, None)]
+        {
+            assert_eq!(f.sighted(left, range_m, &trust, 0.26), found, "{range_m}");
+        }
         let ahead = Se2::new(0.0, 0.0, 1.0);
         assert_eq!(f.sighted(ahead, 1.0, &trust, 0.26), None);
         assert_eq!(f.sighted(Se2::new(0.5, 0.0, left.yaw_rad), 1.0, &trust, 0.26), None, "beyond");

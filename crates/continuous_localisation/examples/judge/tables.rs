@@ -139,7 +139,7 @@ pub(crate) fn rooms(n_seeds: u64) {
          world ring drift  way    | odometry  online   max of it | twice  | online: prec. recall | \
          twice: prec. recall (all)  IoU | aligned: prec. recall | bits"
     );
-    for world in [worlds::e1(), worlds::e2(), worlds::e3(), worlds::e4()] {
+    for world in worlds::all() {
         let scene = world.scene();
         for ring in [sim::ring5(), sim::ring8()] {
             for systematic in [1.0, 0.0] {
@@ -191,8 +191,7 @@ const RANDOM: Drift = Drift { systematic_degpm: 0.0, heading_std_deg: 0.3, way_s
 
 /// Every registration of one run, with its error in the robot's frame.
 pub(crate) fn trace(name: &str) {
-    let all = [worlds::e1(), worlds::e2(), worlds::e3(), worlds::e4()];
-    let Some(world) = all.into_iter().find(|world| world.name == name) else { return };
+    let Some(world) = worlds::all().into_iter().find(|world| world.name == name) else { return };
     let scene = world.scene();
     let drift = Drift { systematic_degpm: 1.0, ..RANDOM };
     let recording = sim::record(&world, &scene, &sim::ring5(), drift, 0);
@@ -235,7 +234,7 @@ pub(crate) fn bound() {
     println!(
         "world ring | precision recall(all) recall(heard) IoU(heard), p from 0.6, 0.7, 0.8, 0.9"
     );
-    for world in [worlds::e1(), worlds::e2(), worlds::e3(), worlds::e4()] {
+    for world in worlds::all() {
         let scene = world.scene();
         for ring in [sim::ring5(), sim::ring8()] {
             let none = Drift { systematic_degpm: 0.0, heading_std_deg: 0.0, way_std_ratio: 0.0 };

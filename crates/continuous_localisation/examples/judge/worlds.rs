@@ -21,6 +21,11 @@ impl World {
     }
 }
 
+/// All of them.
+pub(crate) fn all() -> [World; 5] {
+    [e1(), e2(), e3(), e4(), e4_with_doors()]
+}
+
 fn polyline(points: &[(f64, f64)], tag: u32, walls: &mut Vec<(Segment, u32)>) {
     for pair in points.windows(2) {
         let [a, b] = [pair[0], pair[1]].map(|(x, y)| Vec2::new(x, y));
@@ -118,4 +123,41 @@ pub(crate) fn e4() -> World {
     polyline(&[(d - w, 0.0), (d, 0.0)], PLASTER, &mut walls);
     let corners = way(&[(1.1, 0.8), (1.1, l - 1.2), (d - 1.3, l - 1.2), (d - 1.2, l - 3.6)]);
     World { name: "E4", walls, corners, n_laps: 1, is_closed: false }
+}
+
+/// E4 with doors: its walls lie in short pieces between doors a hand's breadth deeper, as in the
+/// mission of the same name. A cone hears wall, edge and door within a few steps of the way, and none
+/// of the ranges jumps by much.
+pub(crate) fn e4_with_doors() -> World {
+    const DEEP_M: f64 = 0.12;
+    const WIDE_M: f64 = 0.95;
+    let (l, d, w) = (14.8, 26.6, 2.7);
+    let mut walls = Vec::new();
+    // A wall from one point to another, with doors that begin so far along it, to its right.
+    let mut wall = |from: (f64, f64), to: (f64, f64), doors: &[f64]| {
+        let (a, b) = (Vec2::new(from.0, from.1), Vec2::new(to.0, to.1));
+        let along = (b - a).normalize();
+        let deep = Vec2::new(along.y, -along.x) * DEEP_M;
+        let mut begin = a;
+        for &door in doors {
+            let (p, q) = (a + along * door, a + along * (door + WIDE_M));
+            let corners = [begin, p, p + deep, q + deep, q];
+            let tags = [PLASTER, PLASTER, WOOD, PLASTER];
+            for (pair, tag) in corners.windows(2).zip(tags) {
+                walls.push((Segment { a: pair[0], b: pair[1] }, tag));
+            }
+            begin = q;
+        }
+        walls.push((Segment { a: begin, b }, PLASTER));
+    };
+    wall((0.0, l), (0.0, 0.0), &[5.0, 8.7, 12.3]);
+    wall((d, l), (0.0, l), &[3.4, 7.2, 11.0, 15.8, 19.6, 22.6]);
+    wall((d, 0.0), (d, l), &[2.7, 7.9]);
+    wall((w, 0.0), (w, l - w), &[3.3, 7.4]);
+    wall((w, l - w), (d - w, l - w), &[2.4, 6.2, 10.5, 14.8, 18.6]);
+    wall((d - w, l - w), (d - w, 0.0), &[1.8, 6.7]);
+    wall((0.0, 0.0), (w, 0.0), &[]);
+    wall((d - w, 0.0), (d, 0.0), &[]);
+    let corners = way(&[(1.35, 0.8), (1.35, l - 1.35), (d - 1.35, l - 1.35)]);
+    World { name: "E4d", walls, corners, n_laps: 1, is_closed: false }
 }

@@ -388,9 +388,18 @@ pub(crate) const KEYS: &[Key] = &[
     number("sonar.walls.goes_on_m", "beyond what was seen of it", (0.0, 10.0), |v| {
         &mut v.sonar.walls.goes_on_m
     }),
-    number("sonar.walls.gate_m", "from the predicted range, at most", (0.001, 2.0), |v| {
-        &mut v.sonar.walls.gate_m
-    }),
+    number(
+        "sonar.walls.gate_m",
+        "a piece of wall from where it is predicted, at most",
+        (0.001, 2.0),
+        |v| &mut v.sonar.walls.gate_m,
+    ),
+    number(
+        "sonar.walls.lone_gate_m",
+        "a lone echo from where it is predicted, at most",
+        (0.001, 2.0),
+        |v| &mut v.sonar.walls.lone_gate_m,
+    ),
     number("sonar.walls.range_std_m", "of an echo from a wall", (0.001, 1.0), |v| {
         &mut v.sonar.walls.range_std_m
     }),
