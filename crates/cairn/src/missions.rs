@@ -11,10 +11,11 @@ use crate::output::{self, Format, say, say_raw};
 /// Lists the shipped missions, or prints one as a file to start from
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  cairn missions\n  cairn missions doorbell > my-flat.toml\n  cairn run my-flat.toml"
+    after_help = "Examples:\n  cairn missions\n  cairn missions doorbell > my-flat.toml\n  cairn run my-flat.toml\n  \
+    cairn missions doorbell.rdpl > my-bell.rdpl"
 )]
 pub(crate) struct Args {
-    /// Print this mission, with everything it needs inlined
+    /// Print this mission, with everything it needs inlined, or this decision program of one
     mission: Option<String>,
     /// How the list is printed
     #[arg(long, value_enum, default_value_t)]
@@ -23,10 +24,15 @@ pub(crate) struct Args {
 
 pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(name) = &args.mission {
+        if let Some(text) = Mission::shipped_file(name) {
+            say_raw!("{text}");
+            return Ok(ExitCode::SUCCESS);
+        }
         if !Mission::shipped().contains(&name.as_str()) {
             bail!(
-                "no mission called `{name}` is shipped; there are {}",
-                Mission::shipped().join(", ")
+                "no mission called `{name}` is shipped; there are {} and the programs {}",
+                Mission::shipped().join(", "),
+                Mission::shipped_files().join(", ")
             );
         }
         say_raw!("{}", Mission::load(name, &[])?.to_toml());

@@ -115,6 +115,16 @@ impl Mission {
         Self::build(origin, text, overrides, &read_shipped)
     }
 
+    /// A decision program or map that shipped missions name, such as `doorbell.rdpl`.
+    pub fn shipped_file(name: &str) -> Option<&'static str> {
+        shipped::FILES.iter().find(|file| file.path == name).map(|file| file.text)
+    }
+
+    /// The names of what [`Mission::shipped_file`] gives.
+    pub fn shipped_files() -> Vec<&'static str> {
+        shipped::FILES.iter().map(|file| file.path).collect()
+    }
+
     /// The names of the shipped missions; the first is the one to start with.
     pub fn shipped() -> Vec<&'static str> {
         shipped::MISSIONS.iter().map(|m| m.name).collect()

@@ -1,7 +1,9 @@
-//! `docs/coverage.tsv` says of every requirement how far it is met, and which test proves it.
+//! `docs/coverage.tsv` says of every requirement how far it is met, which test proves it, and how to see it work.
 //!
-//! Columns: id, state (`done`, `partial`, `todo`), where, tests (separated by `;`). A test is named
-//! `crate::module::test_fn`, or `web::name` for a browser test.
+//! Columns: id, state (`done`, `partial`, `todo`), where, tests (separated by `;`), try. A test is named
+//! `crate::module::test_fn`, or `web::name` for a browser test. What to try is a command line that begins with
+//! `cairn` (a test of the program runs all of them), or `page: ` and where on which page it shows; a row that is
+//! partial may say `none: ` and why nobody can see it yet.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -38,8 +40,8 @@ fn row_problems(repository: &Repository, required: &BTreeSet<&str>, row: &[&str]
     if !required.contains(row[0]) {
         found.push(format!("is not in {REQUIREMENTS}"));
     }
-    let [_, state, place, tests] = *row else {
-        found.push(format!("has {} columns, not 4: id, state, where, tests", row.len()));
+    let [_, state, place, tests, attempt] = *row else {
+        found.push(format!("has {} columns, not 5: id, state, where, tests, try", row.len()));
         return found;
     };
     if !["done", "partial", "todo"].contains(&state) {
@@ -51,6 +53,12 @@ fn row_problems(repository: &Repository, required: &BTreeSet<&str>, row: &[&str]
     }
     if state != "todo" && place.trim().is_empty() {
         found.push("does not say where".to_owned());
+    }
+    let visible = ["cairn ", "page: "].iter().any(|kind| attempt.starts_with(kind));
+    if state != "todo" && !visible && !(state == "partial" && attempt.starts_with("none: ")) {
+        found.push(
+            "does not say how to try it: `cairn …`, `page: …`, or `none: …` if partial".to_owned(),
+        );
     }
     let absent = tests.into_iter().filter(|test| !test_exists(repository, test));
     found.extend(absent.map(|test| format!("there is no test `{test}`")));
@@ -104,26 +112,28 @@ mod tests {
             ),
             (
                 "docs/coverage.tsv",
-                "id\tstate\twhere\ttests\n\
-                 A1\tdone\ta\ta::b::t; web::a page opens\n\
-                 A2\tdone\ta\t\n\
-                 A2\tfinished\ta\t\n\
-                 A9\tpartial\t\ta::helper; b::t; web::no page; t\n",
+                "id\tstate\twhere\ttests\ttry\n\
+                 A1\tdone\ta\ta::b::t; web::a page opens\tcairn x\n\
+                 A2\tdone\ta\t\tnone: no\n\
+                 A2\tfinished\ta\t\tpage: y\n\
+                 A9\tpartial\t\ta::helper; b::t; web::no page; t\tnone: no\n\
+                 A3\ttodo\t\t\n",
             ),
             ("crates/a/src/lib.rs", "//! A.\nfn helper() {}\n#[test]\n/// Says what.\nfn t() {}\n"),
             ("crates/studio/web/tests/a.test.mjs", "test('a page opens', () => {});"),
         ]);
         expect![[r#"
-            docs/coverage.tsv lacks A3
             docs/coverage.tsv has A2 more than once
             docs/coverage.tsv:3 A2: is done, but no test proves it
+            docs/coverage.tsv:3 A2: does not say how to try it: `cairn …`, `page: …`, or `none: …` if partial
             docs/coverage.tsv:4 A2: `finished` is no state; they are done, partial, todo
             docs/coverage.tsv:5 A9: is not in docs/requirements.tsv
             docs/coverage.tsv:5 A9: does not say where
             docs/coverage.tsv:5 A9: there is no test `a::helper`
             docs/coverage.tsv:5 A9: there is no test `b::t`
             docs/coverage.tsv:5 A9: there is no test `web::no page`
-            docs/coverage.tsv:5 A9: there is no test `t`"#]]
+            docs/coverage.tsv:5 A9: there is no test `t`
+            docs/coverage.tsv:6 A3: has 4 columns, not 5: id, state, where, tests, try"#]]
         .assert_eq(&findings(&repository).join("\n"));
     }
 }
