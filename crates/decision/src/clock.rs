@@ -43,6 +43,60 @@ impl DateTime {
             && self.centisecond < 100
     }
 
+    /// Day of the week, 1 (Monday) to 7 (Sunday), by the Gregorian calendar.
+    ///
+    /// Source: days counted from 1 March, as in Richards (2013), in the Explanatory Supplement to
+    /// the Astronomical Almanac.
+    pub fn weekday(self) -> u8 {
+        let (year, month) = (u32::from(self.year), u32::from(self.month));
+        // The year begins in March, so that a leap day is its last; 400 years are whole weeks.
+        let (year, month) = if month < 3 {
+            (year.saturating_add(399), month.saturating_add(9))
+        } else {
+            (year.saturating_add(400), month.saturating_sub(3))
+        };
+        let leap_days = (year / 4).saturating_sub(year / 100).saturating_add(year / 400);
+        let days_of_months = month.saturating_mul(153).saturating_add(2) / 5;
+        let days = year.saturating_mul(365).saturating_add(leap_days);
+        let days = days.saturating_add(days_of_months).saturating_add(self.day.into());
+        // 1 March of the year 0 was a Wednesday.
+        u8::try_from(days.saturating_add(1) % 7).unwrap_or(0).saturating_add(1)
+    }
+
+    /// Reads `2009-12-04 17:05:09.25`, `2009-12-04 17:05` or `17:05:09`; without a date it is 1
+    /// January 2000. `None` when it is written otherwise; whether a calendar has it is another
+    /// question ([`DateTime::is_valid`]).
+    pub fn parse(text: &str) -> Option<Self> {
+        let (date, time) = match text.trim().split_once([' ', 'T']) {
+            Some((date, time)) => (Some(date), time.trim_start()),
+            None => (None, text.trim()),
+        };
+        let mut clock = Self::SWITCHED_ON;
+        if let Some(date) = date {
+            let mut parts = date.split('-');
+            clock.year = digits(parts.next()?, 4)?;
+            clock.month = u8::try_from(digits(parts.next()?, 2)?).ok()?;
+            clock.day = u8::try_from(digits(parts.next()?, 2)?).ok()?;
+            parts.next().is_none().then_some(())?;
+        }
+        let (time, hundredths) = time.split_once('.').unwrap_or((time, "00"));
+        clock.centisecond = u8::try_from(digits(hundredths, 2)?).ok()?;
+        let mut parts = time.split(':');
+        clock.hour = u8::try_from(digits(parts.next()?, 2)?).ok()?;
+        clock.minute = u8::try_from(digits(parts.next()?, 2)?).ok()?;
+        clock.second = u8::try_from(digits(parts.next().unwrap_or("00"), 2)?).ok()?;
+        parts.next().is_none().then_some(clock)
+    }
+
+    /// Seconds since midnight.
+    pub fn second_of_day(self) -> f64 {
+        let Self { hour, minute, second, centisecond, .. } = self;
+        3600.0 * f64::from(hour)
+            + 60.0 * f64::from(minute)
+            + f64::from(second)
+            + 0.01 * f64::from(centisecond)
+    }
+
     /// 10 ms later. After the year 65535 comes the year 0.
     pub(crate) fn tick(&mut self, mode: Mode) {
         if carries(&mut self.centisecond, 0, 99)
@@ -60,6 +114,12 @@ impl DateTime {
             self.year = self.year.wrapping_add(1);
         }
     }
+}
+
+/// A number of one to `len_max` decimal digits.
+fn digits(text: &str, len_max: usize) -> Option<u16> {
+    let is_number = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    (is_number && text.len() <= len_max).then(|| text.parse().ok()).flatten()
 }
 
 /// Counts a digit up; true when it starts over.
@@ -137,6 +197,34 @@ mod tests {
         assert_eq!(after(at(2009, 7, 31), Mode::Listing), at(2009, 8, 1));
         assert_eq!(after(at(1900, 2, 28), Mode::Listing), at(1900, 2, 29));
         assert_eq!(after(at(1900, 2, 28), Mode::Corrected), at(1900, 3, 1));
+    }
+
+    #[test]
+    fn weekdays_follow_one_another_and_known_dates_have_theirs() {
+        let mut date = at(1600, 1, 1);
+        while date.year < 2401 {
+            let next = after(date, Mode::Corrected);
+            assert_eq!(next.weekday(), date.weekday() % 7 + 1, "after {date}");
+            date = next;
+        }
+        // A Saturday, a Friday, a Thursday.
+        assert_eq!(DateTime::SWITCHED_ON.weekday(), 6);
+        assert_eq!(at(2009, 12, 4).weekday(), 5);
+        assert_eq!(at(1970, 1, 1).weekday(), 4);
+    }
+
+    #[test]
+    fn a_clock_is_read_as_it_is_shown() {
+        let clock = DateTime::parse("2009-12-04 17:05:09.25");
+        assert_eq!(clock.map(|c| c.to_string()).as_deref(), Some("2009-12-04 17:05:09.25"));
+        let shown = |text| DateTime::parse(text).map(|c| c.to_string());
+        assert_eq!(shown("2026-02-28T06:59").as_deref(), Some("2026-02-28 06:59:00.00"));
+        assert_eq!(shown("7:05").as_deref(), Some("2000-01-01 07:05:00.00"));
+        assert_eq!(DateTime::parse("12:30:30").map(DateTime::second_of_day), Some(45_030.0));
+        for wrong in ["", "7", "07:5a", "2009-12 17:05", "2009-12-04", "1:2:3:4", "+1:00"] {
+            assert_eq!(DateTime::parse(wrong), None, "{wrong}");
+        }
+        assert!(!DateTime::parse("25:00").unwrap().is_valid(Mode::Corrected));
     }
 
     #[test]

@@ -72,6 +72,11 @@ codes! {
     UnexpectedCharacter R1007 Error "A character that no field may contain.";
     MalformedNumber R1008 Error "A number with digits that its notation lacks.";
     MalformedName R1009 Error "A label or an EQU name that is not a name.";
+    OperandBeyondLast R1010 Warning "Text after the last operand looks like one more operand.";
+    SecondFunction R1011 Warning "A second function stands on the line, and is left out.";
+    SourceTooLarge R1012 Error "The text is larger than any program can be.";
+    OtherEncoding R1013 Warning "The text is not UTF-8; it was read as something else.";
+    TextAfterEnd R1014 Warning "Text stands after the end-of-file character, and is left out.";
     TooManyProblems R1999 Warning "More problems than are worth listing.";
     UnknownName R2001 Error "A name that nothing carries.";
     NumberTooLarge R2002 Error "The family of resources exists, but not that member.";
@@ -99,6 +104,7 @@ codes! {
     UnknownAddress R8003 Error "An instruction names an address that no resource has.";
     WatchdogReset R8004 Error "The machine was restarted, because its loop stood still.";
     ImageValueOutOfRange R8005 Error "An instruction carries a constant outside its range.";
+    ScanOverrun R8006 Error "A scan took longer than the 200 ms it may take.";
     ImageMismatch R9001 Error "The encoder and the decoder of images disagree; our mistake.";
 }
 

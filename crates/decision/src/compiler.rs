@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use crate::{
-    Code, Diagnostic, Function, Mnemonic, Program, ResourceId, Span,
+    Code, Diagnostic, Function, Mnemonic, Mode, Program, ResourceId, Span,
     diagnostics::{Place, Problems},
     flow, image,
     instruction_set::Word,
@@ -16,6 +16,7 @@ use crate::{
     names::{Definition, Names, Symbol, nearest_name},
     operands::{NumberError, parse_number, resolve},
     parser::{Statement, parse_line, report_flaw, shortened},
+    source_text::{Encoding, SOURCE_BYTES_MAX, SourceText, end_of_text, lines, read_source},
 };
 
 /// What compiling gave: a program unless there were errors, and every problem found.
@@ -34,6 +35,13 @@ pub struct Compilation {
     pub(crate) source: Arc<str>,
 }
 
+impl Compilation {
+    /// The text that was compiled; every span points into it.
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+}
+
 /// Compiles a program. Cannot fail: whatever is wrong with the text is in the diagnostics.
 ///
 /// ```
@@ -42,14 +50,49 @@ pub struct Compilation {
 /// assert_eq!(program.image(), [0x00, 0x04, 0x20, 0x00, 0x01, 0xD2, 0xD2, 0x0F]);
 /// ```
 pub fn compile(source: &str) -> Compilation {
-    let source: Arc<str> = source.into();
+    compile_as(source, Mode::Corrected)
+}
+
+/// Compiles a program as the compiler of that mode reads it. The two differ in one thing: the
+/// listing folds the case of a line only up to its first quote.
+pub fn compile_as(source: &str, mode: Mode) -> Compilation {
+    let text = SourceText { text: source.to_owned(), ..SourceText::default() };
+    compile_text(&text, mode)
+}
+
+/// Compiles the bytes of a file, in whatever encoding they are; [`Code::OtherEncoding`] says when
+/// that is not UTF-8.
+pub fn compile_bytes(bytes: &[u8], mode: Mode) -> Compilation {
+    if bytes.len() > SOURCE_BYTES_MAX {
+        return Run::default().too_large(bytes.len());
+    }
+    compile_text(&read_source(bytes), mode)
+}
+
+fn compile_text(read: &SourceText, mode: Mode) -> Compilation {
     let mut run = Run::default();
-    let mut start: usize = 0;
+    if read.text.len() > SOURCE_BYTES_MAX {
+        return run.too_large(read.text.len());
+    }
+    let source: Arc<str> = read.text.as_str().into();
+    let (end, beyond) = end_of_text(&source);
+    let text = source.get(..end).unwrap_or(&source);
     let mut n_lines: usize = 0;
-    for line in source.split_inclusive('\n') {
+    let mut last = Place { line: 1, column: 1, ..Place::default() };
+    for (start, line) in lines(text) {
         n_lines = n_lines.saturating_add(1);
-        run.line(Fields::new(line, start, n_lines));
-        start = start.saturating_add(line.len());
+        last = Place { span: Span { start, end: start }, line: n_lines, column: 1 };
+        if read.first_odd_line == n_lines {
+            run.report_encoding(read, last);
+        }
+        run.line(Fields::new(line, start, n_lines, mode));
+    }
+    if let Some(beyond) = beyond {
+        let place = Place { span: Span { start: end, end: beyond }, ..last };
+        let n_bytes = source.len().saturating_sub(beyond);
+        let message = format!("{n_bytes} bytes after the end-of-file character are left out");
+        let hint = || Some("remove the character 1A (Ctrl-Z) in this line".to_owned());
+        run.problems.report(Code::TextAfterEnd, place, message, hint);
     }
     run.finish(source, n_lines)
 }
@@ -64,8 +107,32 @@ struct Run {
 }
 
 impl Run {
+    fn report_encoding(&mut self, read: &SourceText, place: Place) {
+        let (message, hint) = match read.encoding {
+            Encoding::Utf8 => return,
+            Encoding::Utf16 => ("the text was read as UTF-16".to_owned(), "save it as UTF-8"),
+            Encoding::Latin1 => {
+                let n = read.n_odd_lines;
+                let lines = if n == 1 { "this line is" } else { "this line and others are" };
+                let message = format!("{lines} not UTF-8 and was read as Latin-1 ({n} in all)");
+                (message, "save the text as UTF-8")
+            }
+        };
+        self.problems.report(Code::OtherEncoding, place, message, || Some(hint.to_owned()));
+    }
+
+    /// Nothing is compiled of a text beyond all bounds.
+    fn too_large(mut self, n_bytes: usize) -> Compilation {
+        let place = Place { line: 1, column: 1, ..Place::default() };
+        let message = format!("the text has {n_bytes} bytes; at most {SOURCE_BYTES_MAX} are read");
+        let hint =
+            || Some("the target holds 4096 bytes of program: is this the right file?".into());
+        self.problems.report(Code::SourceTooLarge, place, message, hint);
+        self.finish("".into(), 0)
+    }
+
     fn line(&mut self, fields: Fields<'_>) {
-        let line = parse_line(fields, &mut self.problems);
+        let line = parse_line(fields, &self.names, &mut self.problems);
         if let Some(label) = line.label {
             let text = label.text.strip_suffix(':').unwrap_or(label.text);
             self.define(text, label.place, None);
@@ -191,12 +258,7 @@ impl Run {
 
     /// Guards our own work: what was encoded must decode to the same functions.
     fn check_image(&mut self, bytes: &[u8]) {
-        let meaning = |functions: &[Function]| -> Vec<_> {
-            let kinds = |f: &Function| f.operands.iter().map(|o| o.kind).collect::<Vec<_>>();
-            functions.iter().map(|f| (f.mnemonic, f.address, kinds(f))).collect()
-        };
-        let decoded = image::decode(bytes).map(|program| meaning(program.functions()));
-        if decoded.as_ref() != Ok(&meaning(&self.functions)) {
+        if !image::decodes_to(bytes, &self.functions) {
             let place = Place { line: 1, column: 1, ..Place::default() };
             let message = "the image of this program does not decode to the program".to_owned();
             let hint = || Some("please send us the program".to_owned());

@@ -8,7 +8,9 @@ use run_context::{Stamp, StateHash};
 use crate::{
     Code, EdgeCode, Family, Mode, ResourceId,
     clock::DateTime,
-    machine::{Event, Fault, MoveCommand, Step},
+    estimate::N_FUNCTIONS_MAX,
+    machine::{Event, Failsafe, Fault, MoveCommand, Step},
+    moves::LastMove,
     ring::Ring,
     timers::{Start, Timers},
 };
@@ -42,6 +44,13 @@ pub(crate) struct Memory {
     pub(crate) inputs: u16,
     pub(crate) analogs: [u8; 8],
     pub(crate) outputs: u16,
+    /// What the outputs do while the program does not drive them.
+    failsafe: Failsafe,
+    /// Whether the program drives the outputs: it has written them and goes on running.
+    pub(crate) drives_outputs: bool,
+    pub(crate) last_move: LastMove,
+    /// Functions executed in this scan.
+    n_functions: usize,
     pub(crate) timers: Timers,
     pub(crate) moves: Ring<MoveCommand, N_MOVES>,
     pub(crate) events: Ring<Event, N_EVENTS>,
@@ -62,6 +71,10 @@ impl Memory {
             inputs: 0,
             analogs: [0; 8],
             outputs: 0,
+            failsafe: Failsafe::default(),
+            drives_outputs: false,
+            last_move: LastMove::default(),
+            n_functions: 0,
             timers: Timers::new(mode),
             moves: Ring::new(),
             events: Ring::new(),
@@ -83,16 +96,35 @@ impl Memory {
             memory.write(id.address(), one);
         }
         memory.write(ResourceId::QRUN.address(), 1);
+        memory.read_clock();
         memory
     }
 
     /// A reset by the watchdog or by hand: initial values, but the field stays as it is, and so
-    /// does the time.
+    /// do the time, the log of events and how the machine is wired.
     pub(crate) fn restart(&mut self) {
         let fresh = Self::new(self.mode);
         let old = std::mem::replace(self, fresh);
-        (self.inputs, self.analogs) = (old.inputs, old.analogs);
-        (self.clock, self.now) = (old.clock, old.now);
+        (self.inputs, self.analogs, self.outputs) = (old.inputs, old.analogs, old.outputs);
+        (self.clock, self.now, self.events) = (old.clock, old.now, old.events);
+        self.last_move = old.last_move.restarted();
+        self.set_failsafe(old.failsafe);
+        self.read_clock();
+    }
+
+    /// What the outputs do while no program drives them, from now on.
+    pub(crate) fn set_failsafe(&mut self, failsafe: Failsafe) {
+        self.failsafe = failsafe;
+        if !self.drives_outputs {
+            self.release_outputs();
+        }
+    }
+
+    /// The program does not drive the outputs any more: they go to their fail-safe values.
+    fn release_outputs(&mut self) {
+        let Failsafe { on, hold } = self.failsafe;
+        self.outputs = (on & !hold) | (self.outputs & hold);
+        self.drives_outputs = false;
     }
 
     pub(crate) fn read(&self, address: u8) -> u8 {
@@ -102,6 +134,10 @@ impl Memory {
     pub(crate) fn write(&mut self, address: u8, value: u8) {
         if let Some(byte) = self.bytes.get_mut(usize::from(address)) {
             *byte = value;
+        }
+        // Correction 11: the listing's outputs stay as they are when the program is stopped.
+        if address == ResourceId::QRUN.address() && value == 0 && self.mode == Mode::Corrected {
+            self.release_outputs();
         }
     }
 
@@ -121,6 +157,15 @@ impl Memory {
 
     /// Executes the instruction at the beginning of `code`, the rest of the image.
     pub(crate) fn execute(&mut self, code: &[u8]) -> Step {
+        let is_function = !matches!(code, [] | [0x00 | 0x0F, ..]);
+        if is_function && self.mode == Mode::Corrected {
+            // A scan that takes longer than it may is an error of its own, as in any programmable
+            // controller; the listing's interpreter does not look.
+            if self.n_functions >= N_FUNCTIONS_MAX {
+                return self.advance(Next::Fault(Code::ScanOverrun));
+            }
+            self.n_functions = self.n_functions.saturating_add(1);
+        }
         let next = match code {
             [0x00, ..] => self.read_inputs(),
             [opcode @ 0x04..=0x08, dest, operands @ ..] => self.logic(*opcode, *dest, operands),
@@ -197,11 +242,15 @@ impl Memory {
             }
             Next::Begin => {
                 self.next = 0;
+                self.n_functions = 0;
                 Step::EndOfScan
             }
             Next::Stay => Step::Hung,
             Next::Fault(code) => {
                 self.fault = Some(Fault { code, address: self.next });
+                if self.mode == Mode::Corrected {
+                    self.release_outputs();
+                }
                 Step::Faulted
             }
         }
@@ -217,16 +266,17 @@ impl Memory {
     }
 
     fn read_inputs(&mut self) -> Next {
-        let inputs = self.inputs;
+        let inputs = self.last_move.on(self.inputs);
+        self.last_move.read();
         for number in 0..16_u8 {
             let value = inputs.checked_shr(number.into()).unwrap_or(0) & 1 != 0;
-            let ids = [Family::Input, Family::NegatedInput].map(|f| ResourceId::of(f, number));
-            for (id, bit) in ids.into_iter().zip([value, !value]) {
+            for (id, bit) in input_pair(number).into_iter().zip([value, !value]) {
                 if let Some(id) = id {
                     self.shift(id.address(), bit);
                 }
             }
         }
+        self.read_clock();
         let analogs = self.analogs;
         for (number, value) in (0_u8..).zip(analogs) {
             if let Some(id) = ResourceId::of(Family::Analog, number) {
@@ -234,6 +284,39 @@ impl Memory {
             }
         }
         Next::Skip(1)
+    }
+
+    /// Puts the clock into the resources that show it.
+    fn read_clock(&mut self) {
+        let DateTime { month, day, hour, minute, second, .. } = self.clock;
+        let shown = [
+            (Family::Hour, hour),
+            (Family::Minute, minute),
+            (Family::Second, second),
+            (Family::Day, day),
+            (Family::Month, month),
+            (Family::Weekday, self.clock.weekday()),
+        ];
+        for (family, value) in shown {
+            if let Some(id) = ResourceId::of(family, 0) {
+                self.write(id.address(), value);
+            }
+        }
+    }
+
+    /// The points of `MOVE` change in the middle of a scan, as if this scan had read them so: bit
+    /// 0 of their histories is replaced, and nothing shifts.
+    fn amend_move_points(&mut self) {
+        let inputs = self.last_move.on(self.inputs);
+        for number in self.last_move.inputs().into_iter().flatten() {
+            let value = inputs.checked_shr(number.into()).unwrap_or(0) & 1 != 0;
+            for (id, bit) in input_pair(number).into_iter().zip([value, !value]) {
+                if let Some(id) = id {
+                    let history = self.read(id.address());
+                    self.write(id.address(), (history & !1) | u8::from(bit));
+                }
+            }
+        }
     }
 
     fn end_of_cycle(&mut self) -> Next {
@@ -244,6 +327,7 @@ impl Memory {
             outputs = (outputs << 1) | u16::from(bit);
         }
         self.outputs = outputs;
+        self.drives_outputs = true;
         Next::Begin
     }
 
@@ -306,7 +390,9 @@ impl Memory {
     fn move_to(&mut self, trigger: u8, edge: u8, goal: [[u8; 2]; 3]) -> Next {
         if self.edge_is(trigger, edge) {
             let [x_mm, y_mm, heading_deg] = goal.map(i16::from_be_bytes);
-            self.moves.push(MoveCommand { x_mm, y_mm, heading_deg });
+            let number = self.last_move.begin();
+            self.moves.push(MoveCommand { x_mm, y_mm, heading_deg, number });
+            self.amend_move_points();
         }
         match self.mode {
             Mode::Corrected => Next::Skip(9),
@@ -318,6 +404,12 @@ impl Memory {
 
     fn add(&mut self, high: u8, low: u8, operands: [u8; 2], select: u8) -> Next {
         let [a, b] = operands.map(|address| self.read(address));
+        let select = match self.mode {
+            Mode::Corrected => select,
+            // Correction 12: the listing fetches SELOP like the other operands, through the table
+            // of resources. Its 0 is I0 and its 1 is I1.
+            Mode::Listing => self.read(select),
+        };
         if select & 1 == 0 {
             self.write_pair(high, low, u16::from(a).saturating_add(u16::from(b)));
             return Next::Skip(6);
@@ -377,6 +469,8 @@ impl Memory {
         }
         hash.absorb_u64(self.now.as_nanos());
         hash.absorb_u64(self.tick_flag.into());
+        hash.absorb_u64(self.drives_outputs.into());
+        self.last_move.absorb_state(hash);
         self.timers.absorb_state(hash);
         for goal in self.moves.iter() {
             for number in [goal.x_mm, goal.y_mm, goal.heading_deg] {
@@ -388,4 +482,9 @@ impl Memory {
             hash.absorb_bytes(&[event.kind, event.resource.address(), event.history]);
         }
     }
+}
+
+/// An input and its complement.
+fn input_pair(number: u8) -> [Option<ResourceId>; 2] {
+    [Family::Input, Family::NegatedInput].map(|family| ResourceId::of(family, number))
 }

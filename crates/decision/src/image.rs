@@ -4,6 +4,8 @@
 //! cycle). Each function is its opcode and its operands: resources and small constants in one
 //! byte, coordinates and headings in two, high byte first.
 
+use std::fmt::Write as _;
+
 use crate::{
     Code, Function, Mnemonic, OPCODE_END_OF_CYCLE, OPCODE_READ_INPUTS, Operand, OperandKind,
     Parameter, Program, ResourceId, Role, Span,
@@ -124,6 +126,31 @@ pub fn decode(image: &[u8]) -> Result<Program, ImageError> {
     Ok(Program { source: decoder.source.into(), functions: decoder.functions, image })
 }
 
+/// Whether an image decodes to these functions. Keeps one function at a time.
+pub(crate) fn decodes_to(image: &[u8], functions: &[Function]) -> bool {
+    let mut decoder = Decoder { image, offset: 0, source: String::new(), functions: Vec::new() };
+    if decoder.next_byte(0) != Ok(OPCODE_READ_INPUTS) {
+        return false;
+    }
+    for function in functions {
+        decoder.source.clear();
+        decoder.functions.clear();
+        let is_same = decoder.function() == Ok(true)
+            && decoder.functions.first().is_some_and(|decoded| {
+                (decoded.mnemonic, decoded.address) == (function.mnemonic, function.address)
+                    && kinds(decoded).eq(kinds(function))
+            });
+        if !is_same {
+            return false;
+        }
+    }
+    decoder.function() == Ok(false) && decoder.offset == image.len()
+}
+
+fn kinds(function: &Function) -> impl Iterator<Item = OperandKind> + '_ {
+    function.operands.iter().map(|operand| operand.kind)
+}
+
 struct Decoder<'i> {
     image: &'i [u8],
     offset: usize,
@@ -225,8 +252,13 @@ impl Decoder<'_> {
 
 /// Bytes as two hexadecimal digits each, with blanks between.
 pub(crate) fn hex(bytes: &[u8]) -> String {
-    let digits: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
-    digits.join(" ")
+    let mut text = String::with_capacity(bytes.len().saturating_mul(3));
+    for byte in bytes {
+        let separator = if text.is_empty() { "" } else { " " };
+        // Writing to a string cannot fail.
+        let _always_fine = write!(text, "{separator}{byte:02X}");
+    }
+    text
 }
 
 #[cfg(test)]
@@ -243,8 +275,8 @@ mod tests {
             (&[0x00, 0x0D, 0x40, 0x30], ImageError::Truncated { offset: 1 }),
             (&[0x00, 0x01, 0x0F], ImageError::UnknownOpcode { offset: 1, opcode: 1 }),
             (
-                &[0x00, 0x0D, 0x40, 0xD4, 0x30, 0x0F],
-                ImageError::UnknownAddress { offset: 3, address: 0xD4 },
+                &[0x00, 0x0D, 0x40, 0xDA, 0x30, 0x0F],
+                ImageError::UnknownAddress { offset: 3, address: 0xDA },
             ),
             (
                 &[0x00, 0x0A, 0x20, 0x00, 0x00, 0x01, 0x0F, 0x0F],

@@ -1,9 +1,10 @@
 //! Cuts a line into fields.
 //!
 //! Blanks and commas, in any number, separate fields; `;` starts a comment; a field that begins
-//! with a quote ends with the same quote and may contain anything else.
+//! with a quote ends with the same quote and may contain anything else. Case means nothing outside
+//! quotes; the listing's reader (Annex A1) folds a line only up to its first quote.
 
-use crate::{Span, diagnostics::Place};
+use crate::{Mode, Span, diagnostics::Place};
 
 /// A word of a line, with its place.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +23,8 @@ pub(crate) struct Field<'s> {
 pub(crate) enum Flaw {
     UnclosedQuote,
     UnexpectedCharacter(char),
+    /// In listing mode: small letters after a quote, which nothing folds.
+    NotFolded,
 }
 
 impl Field<'_> {
@@ -46,13 +49,17 @@ impl Field<'_> {
 pub(crate) struct Fields<'s> {
     rest: &'s str,
     place: Place,
+    /// Whether small letters are as good as capitals from here on.
+    folds: bool,
+    mode: Mode,
 }
 
 impl<'s> Fields<'s> {
     /// `start` is the offset of the line in the source, `number` counts lines from 1.
-    pub(crate) fn new(line: &'s str, start: usize, number: usize) -> Self {
+    pub(crate) fn new(line: &'s str, start: usize, number: usize, mode: Mode) -> Self {
         let span = Span { start, end: start };
-        Self { rest: line, place: Place { span, line: number, column: 1 } }
+        let place = Place { span, line: number, column: 1 };
+        Self { rest: line, place, folds: true, mode }
     }
 
     /// Drops everything up to the first character that `keep`s, and returns it.
@@ -87,11 +94,15 @@ impl<'s> Iterator for Fields<'s> {
         let first = self.rest.chars().next().filter(|&c| c != ';')?;
         let mut place = self.place;
         let (text, flaw) = if is_quote(first) {
+            // The listing stops folding at the first quote of a line.
+            self.folds = self.mode == Mode::Corrected;
             self.take_quoted(first)
         } else {
             let text = self.take_until(|c| is_delimiter(c) || c == ';');
             let bad = text.chars().find(|&c| !is_field_character(c));
-            (text, bad.map(Flaw::UnexpectedCharacter))
+            let small = !self.folds && text.contains(|c: char| c.is_ascii_lowercase());
+            let flaw = bad.map(Flaw::UnexpectedCharacter);
+            (text, flaw.or(small.then_some(Flaw::NotFolded)))
         };
         place.span.end = self.place.span.start;
         let length = text.chars().count();
@@ -100,7 +111,8 @@ impl<'s> Iterator for Fields<'s> {
 }
 
 fn is_delimiter(c: char) -> bool {
-    c == ',' || c.is_ascii_whitespace()
+    // The vertical tab is no whitespace to Rust's ASCII, and one to every printer.
+    c == ',' || c == '\u{0B}' || c.is_ascii_whitespace()
 }
 
 fn is_quote(c: char) -> bool {
@@ -124,7 +136,7 @@ mod tests {
             assert_eq!(&line[span.start..span.end], f.text, "the span shows the text");
             format!("{comma}{}@{column}{flaw}\n", f.folded())
         };
-        expected.assert_eq(&Fields::new(line, 0, 1).map(show).collect::<String>());
+        expected.assert_eq(&Fields::new(line, 0, 1, Mode::Corrected).map(show).collect::<String>());
     }
 
     #[test]
@@ -152,6 +164,22 @@ mod tests {
                 'open@18 UnclosedQuote
             "#]],
         );
+    }
+
+    #[test]
+    fn blanks_of_every_kind_separate() {
+        let fields = Fields::new("a\u{0B}b\u{0C}c\td", 0, 1, Mode::Corrected);
+        assert_eq!(fields.map(|f| f.folded()).collect::<Vec<_>>(), ["A", "B", "C", "D"]);
+    }
+
+    #[test]
+    fn the_listing_folds_up_to_the_first_quote_only() {
+        let flaws = |mode| {
+            let fields = Fields::new("stic m0,'a',i0,I1 ; i0", 0, 1, mode);
+            fields.map(|f| f.flaw).collect::<Vec<_>>()
+        };
+        assert_eq!(flaws(Mode::Corrected), [None; 5]);
+        assert_eq!(flaws(Mode::Listing), [None, None, None, Some(Flaw::NotFolded), None]);
     }
 
     #[test]

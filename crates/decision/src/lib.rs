@@ -30,23 +30,29 @@ mod instruction_set;
 mod lexer;
 mod listing;
 mod machine;
+mod moves;
 mod names;
 mod operands;
 mod parser;
 mod program;
 mod resources;
 mod ring;
+mod source_text;
 mod timers;
 
 pub use clock::DateTime;
 pub use codes::{Code, Severity};
-pub use compiler::{Compilation, compile};
+pub use compiler::{Compilation, compile, compile_as, compile_bytes};
 pub use diagnostics::Diagnostic;
 pub use estimate::{Estimate, FUNCTION_BYTES, FUNCTION_MS, N_FUNCTIONS_MAX, SCAN_MS_MAX};
 pub use gate_view::gate_view;
 pub use image::{IMAGE_BYTES_MAX, ImageError, decode};
 pub use instruction_set::{Mnemonic, OPCODE_END_OF_CYCLE, OPCODE_READ_INPUTS, Parameter, Role};
-pub use machine::{Event, Fault, Machine, Mode, MoveCommand, ScanReport, Step, TimerView};
+pub use machine::{
+    Event, Failsafe, Fault, Machine, Mode, MoveCommand, ScanReport, Step, TimerView, WATCHDOG,
+};
+pub use moves::{MovePoints, MoveReport, MoveSignal, MoveState};
 pub use names::Symbol;
 pub use program::{Function, Operand, OperandKind, Program, Span};
 pub use resources::{EdgeCode, Family, N_RESOURCES, NameError, ResourceId, ValueKind};
+pub use source_text::{Encoding, SOURCE_BYTES_MAX, SourceText, read_source};

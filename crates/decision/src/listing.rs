@@ -1,6 +1,12 @@
 //! The `.lst` text: every line of the source with its address and bytes, and what is wrong.
 
-use crate::{Compilation, Estimate, Function, Program, compile, image::hex};
+use std::fmt::Write as _;
+
+use crate::{
+    Compilation, Estimate, Function, Program, compile,
+    image::hex,
+    source_text::{end_of_text, lines},
+};
 
 impl Program {
     /// The listing of the program, as [`Compilation::listing`] gives it.
@@ -12,38 +18,53 @@ impl Program {
 impl Compilation {
     /// The listing: line number, address, bytes and text of every line, problems below the line
     /// they are about, symbols, and the totals in the words of the thesis's compiler.
+    ///
+    /// Columns: the number of the line (5 wide), two blanks, the address of the instruction in the
+    /// image (4 hexadecimal digits) and its bytes (32 wide together; empty where the line has no
+    /// function), two blanks, the line. Cost: linear in the text.
     pub fn listing(&self) -> String {
-        let mut lines = vec!["Cairn RDPL compiler list file.".to_owned(), String::new()];
+        let mut text = String::with_capacity(self.source.len().saturating_mul(3));
+        text.push_str("Cairn RDPL compiler list file.\n\n");
         let image = self.program.as_ref().map_or(&[][..], |program| program.image());
         let functions = self.program.as_ref().map_or(&[][..], |program| program.functions());
         let mut functions = functions.iter().peekable();
         let mut diagnostics = self.diagnostics.iter().peekable();
-        for (index, line) in self.source.lines().enumerate() {
-            let number = index.saturating_add(1);
+        let (end, _) = end_of_text(&self.source);
+        let source = self.source.get(..end).unwrap_or(&self.source);
+        for (number, (_, line)) in (1..).zip(lines(source)) {
             let function = functions.next_if(|function| function.line == number);
             let code = function.map(|function| code_of(function, image)).unwrap_or_default();
-            lines.push(format!("{number:5}  {code:32}  {line}").trim_end().to_owned());
+            // Writing to a string cannot fail.
+            let _fine = write!(text, "{number:5}  {code:32}  {line}");
+            text.truncate(text.trim_end().len());
+            text.push('\n');
             while let Some(diagnostic) = diagnostics.next_if(|d| d.line <= number) {
-                lines.push(format!("*****  {diagnostic}"));
+                let _fine = writeln!(text, "*****  {diagnostic}");
             }
         }
-        lines.extend(diagnostics.map(|diagnostic| format!("*****  {diagnostic}")));
-        if !self.symbols.is_empty() {
-            lines.extend([String::new(), "Symbols".to_owned()]);
+        for diagnostic in diagnostics {
+            let _fine = writeln!(text, "*****  {diagnostic}");
         }
-        let symbols = self.symbols.iter();
-        lines.extend(
-            symbols.map(|(name, line, symbol)| format!("       {name} = {symbol} (line {line})")),
-        );
+        self.list_totals(&mut text);
+        text
+    }
+
+    fn list_totals(&self, text: &mut String) {
+        if !self.symbols.is_empty() {
+            text.push_str("\nSymbols\n");
+        }
+        for (name, line, symbol) in &self.symbols {
+            let _fine = writeln!(text, "       {name} = {symbol} (line {line})");
+        }
         if let Some(program) = &self.program {
             let Estimate { n_functions, bytes, scan_ms, .. } = program.estimate();
-            let cost = format!("{n_functions} functions, {bytes} bytes, {scan_ms:.1} ms per scan");
-            lines.extend([String::new(), cost]);
+            let _fine = writeln!(
+                text,
+                "\n{n_functions} functions, {bytes} bytes, {scan_ms:.1} ms per scan"
+            );
         }
         let (n_lines, n_errors) = (self.n_lines, self.n_errors);
-        let totals = format!("Lines compiled: {n_lines}. Total errors {n_errors}");
-        lines.extend([String::new(), totals, String::new()]);
-        lines.join("\n")
+        let _fine = writeln!(text, "\nLines compiled: {n_lines}. Total errors {n_errors}");
     }
 }
 

@@ -14,6 +14,7 @@ use run_context::{Stamp, StateHash};
 use crate::{
     Code, DateTime, Family, Program, ResourceId, decode,
     execute::{LISTING_PROGRAM_BYTES, Memory},
+    moves::{MovePoints, MoveReport, MoveState},
     timers::quantum_ticks,
 };
 
@@ -36,6 +37,18 @@ pub struct MoveCommand {
     pub y_mm: i16,
     /// Degrees, counter-clockwise, −360 to 360.
     pub heading_deg: i16,
+    /// Which `MOVE` of this machine it is, from 1. [`Machine::report_move`] takes it back.
+    pub number: u64,
+}
+
+/// What the outputs do while no program drives them: before the first scan, while `QRUN` is 0,
+/// after a fault, and from a reset to the end of the next scan. The default is off.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Failsafe {
+    /// Outputs that go to 1; bit n is output n. All others go to 0.
+    pub on: u16,
+    /// Outputs that stay as they were, whatever `on` says.
+    pub hold: u16,
 }
 
 /// What one timer is doing.
@@ -101,9 +114,10 @@ pub struct ScanReport {
     pub end: Step,
 }
 
-/// Ticks without a pass of the main loop after which the watchdog resets the machine: 2 s, about
-/// the longest time the watchdog of such a controller knows. The thesis gives none.
-const WATCHDOG_TICKS: u32 = 200;
+/// Time without a pass of the main loop after which the watchdog resets the machine, unless
+/// another is set: 2 s, about the longest time the watchdog of such a controller knows. The thesis
+/// gives none.
+pub const WATCHDOG: Duration = Duration::from_secs(2);
 /// One tick.
 const TICK: Duration = Duration::from_millis(10);
 
@@ -124,6 +138,8 @@ pub struct Machine {
     image: Arc<[u8]>,
     memory: Memory,
     idle_ticks: u32,
+    /// Ticks after which the watchdog bites; 0: it is switched off.
+    watchdog_ticks: u32,
     n_watchdog_resets: u64,
     n_scans: u64,
 }
@@ -152,7 +168,41 @@ impl Machine {
             }
         };
         let memory = Memory::new(mode);
-        Self { program, image, memory, idle_ticks: 0, n_watchdog_resets: 0, n_scans: 0 }
+        let (n_watchdog_resets, n_scans) = (0, 0);
+        let watchdog_ticks = ticks(WATCHDOG);
+        Self { program, image, memory, idle_ticks: 0, watchdog_ticks, n_watchdog_resets, n_scans }
+    }
+
+    /// Time without a step after which the watchdog resets it, in whole ticks; zero switches it
+    /// off.
+    pub fn set_watchdog(&mut self, after: Duration) {
+        self.watchdog_ticks = ticks(after);
+    }
+
+    /// What the outputs do while no program drives them.
+    pub fn set_failsafe(&mut self, failsafe: Failsafe) {
+        self.memory.set_failsafe(failsafe);
+    }
+
+    /// The inputs that say what became of the last `MOVE`. They override the field's.
+    pub fn set_move_points(&mut self, points: MovePoints) {
+        self.memory.last_move.points = points;
+    }
+
+    /// Reports on a `MOVE` by its number. False, and nothing changes, when it is not the last one,
+    /// or not waiting for such a report: an answer that comes too late is about something else.
+    pub fn report_move(&mut self, number: u64, report: MoveReport) -> bool {
+        self.memory.last_move.report(number, report)
+    }
+
+    /// What became of the last `MOVE`.
+    pub fn move_state(&self) -> MoveState {
+        self.memory.last_move.state
+    }
+
+    /// The number of the last `MOVE`; 0 before the first.
+    pub fn n_moves(&self) -> u64 {
+        self.memory.last_move.number
     }
 
     /// The program it executes.
@@ -202,7 +252,7 @@ impl Machine {
             Mode::Listing => self.memory.tick_flag = true,
         }
         self.idle_ticks = self.idle_ticks.saturating_add(1);
-        if self.idle_ticks >= WATCHDOG_TICKS {
+        if self.watchdog_ticks > 0 && self.idle_ticks >= self.watchdog_ticks {
             self.idle_ticks = 0;
             self.n_watchdog_resets = self.n_watchdog_resets.saturating_add(1);
             self.memory.restart();
@@ -266,7 +316,8 @@ impl Machine {
         self.memory.write(ResourceId::QRUN.address(), 1);
     }
 
-    /// Clears `QRUN`: no instruction is executed any more. Timers and outputs are not affected.
+    /// Clears `QRUN`: no instruction is executed any more, and the outputs go to their fail-safe
+    /// values (in listing mode they stay as they are). Timers go on.
     pub fn stop(&mut self) {
         self.memory.write(ResourceId::QRUN.address(), 0);
     }
@@ -276,16 +327,22 @@ impl Machine {
         self.memory.read(ResourceId::QRUN.address()) != 0
     }
 
-    /// Starts over: initial values, no events, no goals, outputs 0, first instruction. Inputs in
-    /// the field, clock and time stay.
+    /// Starts over: initial values, no goals, outputs at their fail-safe values, first instruction.
+    /// Inputs in the field, clock, time and the log of events stay.
     pub fn reset(&mut self) {
         self.idle_ticks = 0;
         self.memory.restart();
     }
 
-    /// The outputs as last written to the field; bit n is output n.
+    /// The outputs in the field; bit n is output n. They are what the last whole scan wrote, or
+    /// their fail-safe values ([`Machine::drives_outputs`]).
     pub fn outputs(&self) -> u16 {
         self.memory.outputs
+    }
+
+    /// Whether the program drives the outputs; otherwise they have their fail-safe values.
+    pub fn drives_outputs(&self) -> bool {
+        self.memory.drives_outputs
     }
 
     /// Takes the goals sent since the last call, in order. At most 32 wait; the oldest go first.
@@ -343,8 +400,8 @@ impl Machine {
         self.memory.fault
     }
 
-    /// How often the watchdog has reset it ([`Code::WatchdogReset`]): whenever two seconds of
-    /// ticks passed without a step.
+    /// How often the watchdog has reset it ([`Code::WatchdogReset`]): whenever its time passed in
+    /// ticks without a step.
     pub fn n_watchdog_resets(&self) -> u64 {
         self.n_watchdog_resets
     }
@@ -368,9 +425,19 @@ impl Machine {
         is_valid
     }
 
+    /// Events logged so far, the forgotten ones included.
+    pub fn n_events(&self) -> u64 {
+        self.memory.events.n_pushed()
+    }
+
     /// Absorbs everything that decides what it does next.
     pub fn absorb_state(&self, hash: &mut StateHash) {
         self.memory.absorb_state(hash);
         hash.absorb_u64(self.idle_ticks.into());
     }
+}
+
+/// Whole ticks in a time.
+fn ticks(time: Duration) -> u32 {
+    u32::try_from(time.as_millis() / 10).unwrap_or(u32::MAX)
 }

@@ -184,6 +184,7 @@ impl Resolver<'_> {
             }
             Family::TimerOutput => ("its TIMER writes it", "start the timer with TIMER"),
             Family::State => ("it is decoded from STATUS", "write STATUS, for example with STIC"),
+            family if family.is_clock() => ("the clock writes it", "use a memory such as M0"),
             _ => ("it is constant", "use a memory such as Y0"),
         };
         let message = format!("{} cannot be {id}: {why}", self.operand());
@@ -209,7 +210,9 @@ impl Resolver<'_> {
             (Number | NumberDestination, ValueKind::Boolean) => {
                 let message =
                     format!("{} is a number, {id} is one bit with a history", self.operand());
-                let hint = "numbers live in A0–A7, M0–M7, STATUS and Y0–Y95".to_owned();
+                let hint =
+                    "numbers live in A0–A7, M0–M7, STATUS, Y0–Y95 and in the clock (HOUR, …)"
+                        .to_owned();
                 self.report(Code::BooleanAsNumber, message, Some(hint));
             }
             _ => {}

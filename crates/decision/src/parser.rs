@@ -2,13 +2,16 @@
 //!
 //! Source: the thesis, Annex A1 (`[label] mnemonic op1,…,op5 [comment]`). Differences: a mnemonic
 //! may stand flush left; what follows the fifth operand is a comment only if no comma precedes
-//! it, so that a sixth input of an `AND` is an error and not silently lost.
+//! it, so that a sixth input of an `AND` is an error and not silently lost; a comment without its
+//! sign that looks like an operand or another function is pointed at.
 
 use crate::{
-    Code, Mnemonic,
+    Code, Mnemonic, ResourceId,
     diagnostics::{Place, Problems},
+    instruction_set::Word,
     lexer::{Field, Fields, Flaw},
-    names::nearest_mnemonic,
+    names::{Names, nearest_mnemonic},
+    operands::parse_number,
 };
 
 /// Operand fields of a line; the field after them is a comment.
@@ -43,14 +46,19 @@ fn head(field: &Field<'_>) -> Option<Head> {
     Mnemonic::by_name(field.text).map(Head::Function)
 }
 
-/// Parses one line. Reports what is wrong with it and keeps what is not.
-pub(crate) fn parse_line<'s>(mut fields: Fields<'s>, problems: &mut Problems) -> Line<'s> {
+/// Parses one line. Reports what is wrong with it and keeps what is not. `names` are those defined
+/// above it.
+pub(crate) fn parse_line<'s>(
+    mut fields: Fields<'s>,
+    names: &Names,
+    problems: &mut Problems,
+) -> Line<'s> {
     let Some(first) = fields.next() else {
         return Line::default();
     };
     match head(&first) {
         Some(Head::Function(mnemonic)) => {
-            let statement = parse_function(mnemonic, first.place, fields, problems);
+            let statement = parse_function((mnemonic, first.place), fields, names, problems);
             Line { label: None, statement }
         }
         Some(Head::Equ) => {
@@ -58,7 +66,7 @@ pub(crate) fn parse_line<'s>(mut fields: Fields<'s>, problems: &mut Problems) ->
             problems.report(Code::IncompleteEqu, first.place, message, || Some(equ_hint("NAME")));
             Line::default()
         }
-        None => parse_labelled(first, fields, problems),
+        None => parse_labelled(first, fields, names, problems),
     }
 }
 
@@ -66,6 +74,7 @@ pub(crate) fn parse_line<'s>(mut fields: Fields<'s>, problems: &mut Problems) ->
 fn parse_labelled<'s>(
     first: Field<'s>,
     mut fields: Fields<'s>,
+    names: &Names,
     problems: &mut Problems,
 ) -> Line<'s> {
     if let Some(flaw) = first.flaw {
@@ -73,18 +82,18 @@ fn parse_labelled<'s>(
         return Line::default();
     }
     let Some(second) = fields.next() else {
-        let message = format!("nothing follows the label `{}`", first.folded());
+        let message = format!("nothing follows the label `{}`", shortened(&first.folded()));
         let hint = || nearest_mnemonic(first.text).map(|m| format!("did you mean `{m}`?"));
         problems.report(Code::LoneLabel, first.place, message, hint);
         return Line::default();
     };
     match head(&second) {
         Some(Head::Equ) => {
-            let statement = parse_equ(first, &second, fields, problems);
+            let statement = parse_equ((first, &second), fields, names, problems);
             Line { label: None, statement }
         }
         Some(Head::Function(mnemonic)) => {
-            let statement = parse_function(mnemonic, second.place, fields, problems);
+            let statement = parse_function((mnemonic, second.place), fields, names, problems);
             Line { label: Some(first), statement }
         }
         None => {
@@ -92,7 +101,7 @@ fn parse_labelled<'s>(
             let guess = nearest_mnemonic(first.text);
             let second_guess = if guess.is_none() { nearest_mnemonic(second.text) } else { None };
             let culprit = if second_guess.is_some() { second } else { first };
-            let message = format!("there is no function `{}`", culprit.folded());
+            let message = format!("there is no function `{}`", shortened(&culprit.folded()));
             let hint = || guess.or(second_guess).map(|m| format!("did you mean `{m}`?"));
             problems.report(Code::UnknownMnemonic, culprit.place, message, hint);
             Line::default()
@@ -105,20 +114,24 @@ fn equ_hint(name: &str) -> String {
 }
 
 fn parse_equ<'s>(
-    name: Field<'s>,
-    equ: &Field<'s>,
+    (name, equ): (Field<'s>, &Field<'s>),
     mut fields: Fields<'s>,
+    names: &Names,
     problems: &mut Problems,
 ) -> Option<Statement<'s>> {
     let Some(value) = fields.next() else {
-        let message = format!("`{}` is given no value", name.folded());
+        let message = format!("`{}` is given no value", shortened(&name.folded()));
         let hint = || Some(equ_hint(name.text));
         problems.report(Code::IncompleteEqu, equ.place, message, hint);
         return None;
     };
-    if let Some(extra) = fields.next().filter(|field| field.after_comma) {
-        let message = format!("EQU takes one value, `{}` is too many", extra.text);
-        problems.report(Code::TooManyOperands, extra.place, message, || Some(comment_hint()));
+    match fields.next() {
+        Some(extra) if extra.after_comma => {
+            let message = format!("EQU takes one value, `{}` is too many", shortened(extra.text));
+            problems.report(Code::TooManyOperands, extra.place, message, || Some(comment_hint()));
+        }
+        Some(extra) => check_comment("EQU", extra, fields, names, problems),
+        None => {}
     }
     Some(Statement::Equ { name, value })
 }
@@ -128,9 +141,9 @@ fn comment_hint() -> String {
 }
 
 fn parse_function<'s>(
-    mnemonic: Mnemonic,
-    place: Place,
+    (mnemonic, place): (Mnemonic, Place),
     mut fields: Fields<'s>,
+    names: &Names,
     problems: &mut Problems,
 ) -> Option<Statement<'s>> {
     let parameters = mnemonic.parameters();
@@ -158,14 +171,58 @@ fn parse_function<'s>(
         return None;
     }
     let comment_allowed = operands.len() == N_OPERANDS_MAX;
-    if let Some(extra) = fields.next().filter(|field| field.after_comma || !comment_allowed) {
-        let needed = parameters.len();
-        let message = format!("{mnemonic} takes {needed} operands, `{}` is too many", extra.text);
-        problems.report(Code::TooManyOperands, extra.place, message, || {
-            if extra.after_comma { Some(syntax(mnemonic)) } else { Some(comment_hint()) }
-        });
+    match fields.next() {
+        Some(extra) if extra.after_comma || !comment_allowed => {
+            let (needed, text) = (parameters.len(), shortened(extra.text));
+            let message = format!("{mnemonic} takes {needed} operands, `{text}` is too many");
+            problems.report(Code::TooManyOperands, extra.place, message, || {
+                if extra.after_comma {
+                    Some(syntax(mnemonic))
+                } else if head(&extra).is_some() {
+                    Some("write one function a line".to_owned())
+                } else {
+                    Some(comment_hint())
+                }
+            });
+        }
+        Some(extra) => check_comment(mnemonic.name(), extra, fields, names, problems),
+        None => {}
     }
     Some(Statement::Function { mnemonic, place, operands })
+}
+
+/// Looks at a comment without its sign, which begins with `first`: is it really one?
+fn check_comment<'s>(
+    function: &str,
+    first: Field<'s>,
+    rest: Fields<'s>,
+    names: &Names,
+    problems: &mut Problems,
+) {
+    if is_like_operand(&first, names) {
+        let text = shortened(first.text);
+        let message = format!("`{text}` after the last operand of {function} is left out");
+        let hint = || Some(format!("if it is a comment, {}", comment_hint()));
+        return problems.report(Code::OperandBeyondLast, first.place, message, hint);
+    }
+    let mut before = first;
+    for field in rest {
+        if head(&before).is_some() && is_like_operand(&field, names) {
+            let text = before.folded();
+            let message = format!("`{text}` is the second function on this line: it is left out");
+            let hint = || Some("write one function a line".to_owned());
+            return problems.report(Code::SecondFunction, before.place, message, hint);
+        }
+        before = field;
+    }
+}
+
+/// Whether a field could stand in the place of an operand.
+fn is_like_operand(field: &Field<'_>, names: &Names) -> bool {
+    ResourceId::by_name(field.text).is_ok()
+        || Word::by_name(field.text).is_some()
+        || (field.looks_like_number() && parse_number(field).is_ok())
+        || names.contains_key(&field.folded())
 }
 
 /// `FF DEST,S,R,PRIORITY`.
@@ -187,8 +244,21 @@ pub(crate) fn report_flaw(flaw: Flaw, field: &Field<'_>, problems: &mut Problems
             let message = format!("`{}` cannot stand in a field", c.escape_debug());
             problems.report(Code::UnexpectedCharacter, field.place, message, || match c {
                 '#' | '/' | '*' | '!' | '(' => Some(comment_hint()),
+                '\0' => Some("is this a text at all?".to_owned()),
+                c if c.is_whitespace() || c == '\u{FEFF}' || c == '\u{200B}' => {
+                    Some("it looks like a blank and is none: put a plain blank there".to_owned())
+                }
                 _ => Some("separate operands with commas or blanks".to_owned()),
             });
+        }
+        Flaw::NotFolded => {
+            let text = shortened(field.text);
+            let message = format!("nothing is called `{text}` in listing mode");
+            let hint = || {
+                let capitals = text.to_ascii_uppercase();
+                Some(format!("after a quote the listing folds no case: write `{capitals}`"))
+            };
+            problems.report(Code::UnknownName, field.place, message, hint);
         }
     }
 }

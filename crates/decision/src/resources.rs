@@ -1,15 +1,16 @@
-//! The variables a program works on: 212 named bytes, at fixed one-byte addresses.
+//! The variables a program works on: 218 named bytes, at fixed one-byte addresses.
 //!
 //! A boolean resource is a byte of history: bit 0 is its value now, bit 1 its value one update
 //! ago, and so on for eight updates. The two lowest bits together tell levels from edges, which
 //! is all that [`EdgeCode`] says.
 //!
 //! Source: the thesis, Tables 4.1 and 4.2, §4.2.3.1. Differences: the thesis prints no addresses;
-//! the layout here is ours and is pinned by tests, because images depend on it.
+//! the layout here is ours and is pinned by tests, because images depend on it. Its machine has a
+//! clock (Annex A2, `rtc()`) that no resource shows; `HOUR` to `WEEKDAY` are ours.
 
 use std::fmt;
 
-/// Address of one resource: 0 to 211.
+/// Address of one resource: 0 to 217.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ResourceId(u8);
 
@@ -40,6 +41,18 @@ pub enum Family {
     One,
     /// `QRUN`, non-zero while the program may run.
     Run,
+    /// `HOUR` of the machine's clock, 0 to 23, as read at the start of the scan.
+    Hour,
+    /// `MINUTE`, 0 to 59.
+    Minute,
+    /// `SECOND`, 0 to 59.
+    Second,
+    /// `DAY` of the month, 1 to 31.
+    Day,
+    /// `MONTH`, 1 to 12.
+    Month,
+    /// `WEEKDAY`, 1 (Monday) to 7 (Sunday).
+    Weekday,
 }
 
 /// What the bytes of a family stand for.
@@ -66,6 +79,14 @@ pub enum EdgeCode {
     High,
 }
 
+impl Family {
+    /// Whether the machine's clock writes it.
+    pub fn is_clock(self) -> bool {
+        use Family::{Day, Hour, Minute, Month, Second, Weekday};
+        matches!(self, Hour | Minute | Second | Day | Month | Weekday)
+    }
+}
+
 impl EdgeCode {
     /// Reads the code from a history byte.
     pub fn of(history: u8) -> Self {
@@ -90,7 +111,7 @@ const fn row(family: Family, name: &'static str, first: u8, len: u8) -> Row {
 }
 
 /// The address map. Images in the field depend on it: never renumber.
-const ROWS: [Row; 12] = [
+const ROWS: [Row; 18] = [
     row(Family::Input, "I", 0x00, 16),
     row(Family::NegatedInput, "NI", 0x10, 16),
     row(Family::Output, "O", 0x20, 16),
@@ -103,10 +124,16 @@ const ROWS: [Row; 12] = [
     row(Family::Zero, "0L", 0xD1, 1),
     row(Family::One, "1L", 0xD2, 1),
     row(Family::Run, "QRUN", 0xD3, 1),
+    row(Family::Hour, "HOUR", 0xD4, 1),
+    row(Family::Minute, "MINUTE", 0xD5, 1),
+    row(Family::Second, "SECOND", 0xD6, 1),
+    row(Family::Day, "DAY", 0xD7, 1),
+    row(Family::Month, "MONTH", 0xD8, 1),
+    row(Family::Weekday, "WEEKDAY", 0xD9, 1),
 ];
 
 /// How many resources there are.
-pub const N_RESOURCES: u8 = 0xD4;
+pub const N_RESOURCES: u8 = 0xDA;
 
 impl ResourceId {
     /// `STATUS`.
@@ -181,6 +208,7 @@ impl ResourceId {
     pub fn value_kind(self) -> ValueKind {
         match self.family() {
             Family::Analog | Family::Memory | Family::Status | Family::Run => ValueKind::Number,
+            family if family.is_clock() => ValueKind::Number,
             Family::General => ValueKind::Either,
             _ => ValueKind::Boolean,
         }
@@ -233,13 +261,13 @@ mod tests {
 
     #[test]
     fn every_name_leads_back_to_its_address() {
-        assert_eq!(ResourceId::all().count(), 212);
+        assert_eq!(ResourceId::all().count(), 218);
         for id in ResourceId::all() {
             assert_eq!(ResourceId::by_name(&id.to_string()), Ok(id));
             assert_eq!(ResourceId::by_name(&id.to_string().to_lowercase()), Ok(id));
             assert_eq!(ResourceId::of(id.family(), id.number()), Some(id));
         }
-        assert_eq!(ResourceId::from_address(212), None);
+        assert_eq!(ResourceId::from_address(218), None);
     }
 
     #[test]
@@ -261,6 +289,8 @@ mod tests {
             ("0L", 0xD1),
             ("1L", 0xD2),
             ("QRUN", 0xD3),
+            ("HOUR", 0xD4),
+            ("WEEKDAY", 0xD9),
         ];
         for (name, expected) in map {
             assert_eq!(address(name), Ok(expected), "{name}");

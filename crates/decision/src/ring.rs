@@ -7,11 +7,12 @@ pub(crate) struct Ring<T, const N: usize> {
     first: usize,
     len: usize,
     n_lost: u64,
+    n_pushed: u64,
 }
 
 impl<T: Copy, const N: usize> Ring<T, N> {
     pub(crate) fn new() -> Self {
-        Self { slots: [None; N], first: 0, len: 0, n_lost: 0 }
+        Self { slots: [None; N], first: 0, len: 0, n_lost: 0, n_pushed: 0 }
     }
 
     pub(crate) fn push(&mut self, entry: T) {
@@ -23,6 +24,7 @@ impl<T: Copy, const N: usize> Ring<T, N> {
         if let Some(slot) = self.slots.get_mut(index) {
             *slot = Some(entry);
             self.len = self.len.saturating_add(1);
+            self.n_pushed = self.n_pushed.saturating_add(1);
         }
     }
 
@@ -41,6 +43,11 @@ impl<T: Copy, const N: usize> Ring<T, N> {
     /// Entries forgotten because the queue was full.
     pub(crate) fn n_lost(&self) -> u64 {
         self.n_lost
+    }
+
+    /// Entries ever taken in.
+    pub(crate) fn n_pushed(&self) -> u64 {
+        self.n_pushed
     }
 
     fn wrapped(index: usize) -> usize {

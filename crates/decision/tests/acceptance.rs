@@ -44,7 +44,7 @@ fn run(machine: &mut Machine, n_ticks: u32, field: &[(u32, u8, bool)]) -> Vec<(u
 fn doorbell(field: &[(u32, u8, bool)]) -> Vec<u32> {
     let goals = run(&mut machine(DOORBELL), 4000, field);
     for (_, goal) in &goals {
-        assert_eq!(*goal, MoveCommand { x_mm: 5000, y_mm: 3500, heading_deg: 45 });
+        assert_eq!(*goal, MoveCommand { x_mm: 5000, y_mm: 3500, heading_deg: 45, number: 1 });
     }
     goals.into_iter().map(|(tick, _)| tick).collect()
 }

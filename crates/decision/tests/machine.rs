@@ -2,7 +2,12 @@
 
 #![cfg(test)]
 
-use decision::{DateTime, Machine, Mode, Program, Step, compile};
+use decision::{
+    DateTime, Failsafe, Machine, Mode, MovePoints, MoveReport, MoveSignal, MoveState, Program,
+    Step, compile,
+};
+use std::time::Duration;
+
 use run_context::Stamp;
 
 fn program(source: &str) -> Program {
@@ -106,7 +111,203 @@ fn the_watchdog_restarts_a_machine_that_nobody_runs() {
         machine.tick_10ms();
         machine.scan();
     });
-    assert_eq!((machine.outputs(), machine.n_watchdog_resets()), (8, 1));
+    assert_eq!((machine.outputs(), machine.n_watchdog_resets()), (0, 1));
+    // Another time, and none at all.
+    machine.set_watchdog(Duration::from_millis(50));
+    (0..12).for_each(|_| machine.tick_10ms());
+    assert_eq!(machine.n_watchdog_resets(), 3);
+    machine.set_watchdog(Duration::ZERO);
+    (0..100_000).for_each(|_| machine.tick_10ms());
+    assert_eq!(machine.n_watchdog_resets(), 3);
+}
+
+/// Outputs 0 to 3 of a program that sets all four: off, on, held, held and on.
+const FAILSAFE: Failsafe = Failsafe { on: 0b1010, hold: 0b1100 };
+const ALL_ON: &str = "AND O0,1L,1L,1L,1L\nAND O1,1L,1L,1L,1L\nAND O2,1L,1L,1L,1L\n\
+                      AND O3,1L,1L,1L,1L\n";
+
+#[test]
+fn outputs_have_their_fail_safe_values_whenever_the_program_does_not_drive_them() {
+    let mut machine = machine(&format!("{ALL_ON}STIC QRUN,0,I0,RISE\nSTIC O2,0,I1,3"));
+    let seen = |machine: &Machine| (machine.outputs(), machine.drives_outputs());
+    machine.set_failsafe(FAILSAFE);
+    assert_eq!(seen(&machine), (0b0010, false), "before the first scan nothing is to be held");
+    machine.scan();
+    assert_eq!(seen(&machine), (0b1111, true));
+    // By the operator: at once, and until a whole scan is over after the restart.
+    machine.stop();
+    assert_eq!(seen(&machine), (0b1110, false));
+    machine.run();
+    assert_eq!(seen(&machine), (0b1110, false));
+    machine.scan();
+    assert_eq!(seen(&machine), (0b1111, true));
+    // By the program, in the middle of a scan whose outputs are not written any more.
+    machine.set_input(0, true);
+    assert_eq!(machine.scan().end, Step::Stopped);
+    assert_eq!(seen(&machine), (0b1110, false));
+    // By a reset, and by the watchdog.
+    machine.reset();
+    machine.set_input(0, false);
+    assert_eq!(seen(&machine), (0b1110, false));
+    machine.scan();
+    assert_eq!(seen(&machine), (0b1111, true));
+    (0..200).for_each(|_| machine.tick_10ms());
+    assert_eq!((seen(&machine), machine.n_watchdog_resets()), ((0b1110, false), 1));
+    // Held is what the field had, not what a memory says.
+    machine.set_input(1, true);
+    machine.scan();
+    machine.scan();
+    machine.stop();
+    assert_eq!(seen(&machine), (0b1010, false));
+}
+
+#[test]
+fn an_error_and_an_overrun_release_the_outputs() {
+    let set_o0 = [0x00, 0x07, 0x20, 0xD1, 0xD1, 0xD1, 0xD1];
+    // STIC QRUN,1,I0,RISE or, when the byte is damaged, an unknown opcode.
+    for (opcode, code) in [(0x17, "R8001"), (0x11, "R8006")] {
+        let functions = [opcode, 0xD3, 1, 0, 1].repeat(if opcode == 0x11 { 500 } else { 1 });
+        let mut image = [&set_o0[..], &functions].concat();
+        image.push(0x0F);
+        let mut machine = Machine::from_image(&image, Mode::Corrected);
+        machine.set_failsafe(Failsafe { on: 0b10, hold: 0 });
+        let report = machine.scan();
+        let fault = machine.fault().expect("a fault");
+        assert_eq!((report.end, fault.code.id()), (Step::Faulted, code));
+        assert_eq!((machine.outputs(), machine.drives_outputs()), (0b10, false), "{code}");
+        if code == "R8006" {
+            // Reading the inputs, 500 functions in 200 ms, and not the 501st.
+            assert_eq!((report.n_instructions, fault.address), (501, 7 + 499 * 5 + 1 - 1));
+        }
+    }
+    let five_hundred = compile(&"AND O0,1L,1L,1L,1L\n".repeat(500)).program.expect("no errors");
+    let mut machine = Machine::new(five_hundred, Mode::Corrected);
+    assert_eq!((machine.scan().end, machine.outputs()), (Step::EndOfScan, 1));
+}
+
+/// Inputs 0, 1, 2 (trigger, second trigger, a switch) are the field's; 3 to 5 are points.
+const POINTS: MovePoints =
+    MovePoints { busy: Some(3), done: Some(4), failed: Some(5), signal: MoveSignal::Level };
+
+fn points(machine: &Machine) -> [u8; 3] {
+    ["I3", "I4", "I5"].map(|name| machine.resource_by_name(name).expect("an input") & 3)
+}
+
+#[test]
+fn a_move_takes_the_answer_to_the_one_before_away_in_its_own_scan() {
+    // O0 and O1 look at DONE, before and after the MOVE.
+    let source = "AND O0,I4,1L,1L,1L\nMOVE I0,1,2,3,RISE\nAND O1,I4,1L,1L,1L\nAND O2,I3,NI4,NI5,1L";
+    let mut machine = machine(source);
+    machine.set_move_points(POINTS);
+    // The field cannot claim that a MOVE is done.
+    machine.set_input(4, true);
+    machine.scan();
+    assert_eq!((points(&machine), machine.move_state()), ([0; 3], MoveState::Idle));
+    machine.set_input(0, true);
+    machine.scan();
+    assert_eq!((points(&machine), machine.outputs()), ([0b01, 0, 0], 0b100));
+    assert!(!machine.report_move(0, MoveReport::Done) && !machine.report_move(2, MoveReport::Done));
+    assert!(machine.report_move(1, MoveReport::Done));
+    machine.set_input(0, false);
+    machine.scan();
+    assert_eq!((points(&machine), machine.outputs()), ([0b10, 0b01, 0], 0b011));
+    machine.scan();
+    assert_eq!(points(&machine), [0, 0b11, 0], "a level stays");
+    // The second MOVE: what stands above it has seen DONE, what stands below it has not.
+    machine.set_input(0, true);
+    machine.scan();
+    assert_eq!((points(&machine), machine.outputs()), ([0b01, 0b10, 0], 0b101));
+    // A late answer to the first is nobody's.
+    assert!(!machine.report_move(1, MoveReport::Failed));
+    machine.scan();
+    assert_eq!(points(&machine), [0b11, 0, 0]);
+    assert!(machine.report_move(2, MoveReport::Failed));
+    assert!(!machine.report_move(2, MoveReport::Done), "an answer is final");
+    machine.scan();
+    assert_eq!((points(&machine), machine.move_state()), ([0b10, 0, 0b01], MoveState::Failed));
+}
+
+#[test]
+fn somebody_else_who_sends_the_robot_away_ends_done() {
+    let mut machine = machine("MOVE I0,1,2,3,RISE");
+    machine.set_move_points(POINTS);
+    machine.set_input(0, true);
+    machine.scan();
+    assert!(!machine.report_move(1, MoveReport::Left), "it has not arrived yet");
+    assert!(machine.report_move(1, MoveReport::Done));
+    machine.scan();
+    assert!(machine.report_move(1, MoveReport::Left));
+    machine.scan();
+    assert_eq!((points(&machine), machine.move_state()), ([0, 0b10, 0], MoveState::Idle));
+}
+
+#[test]
+fn a_pulse_lasts_one_scan_and_waits_for_it() {
+    let mut machine = machine("MOVE I0,1,2,3,RISE\nCOUNTER M0,UP,I4,RISE\nCOUNTER M1,UP,I5,RISE");
+    machine.set_move_points(MovePoints { signal: MoveSignal::Pulse, ..POINTS });
+    for (report, expected) in [(MoveReport::Done, [0, 0b01, 0]), (MoveReport::Failed, [0, 0, 0b01])]
+    {
+        machine.set_input(0, true);
+        machine.scan();
+        let number = machine.n_moves();
+        machine.scan();
+        // A stopped program misses nothing.
+        machine.stop();
+        assert!(machine.report_move(number, report));
+        machine.scan();
+        machine.run();
+        machine.set_input(0, false);
+        machine.scan();
+        assert_eq!(points(&machine), [expected[0] | 0b10, expected[1], expected[2]]);
+        machine.scan();
+        assert_eq!(points(&machine), [0, expected[1] << 1, expected[2] << 1]);
+        machine.scan();
+        assert_eq!(points(&machine), [0; 3]);
+    }
+    assert_eq!(["M0", "M1"].map(|name| machine.resource_by_name(name)), [Some(1), Some(1)]);
+}
+
+#[test]
+fn two_moves_in_one_scan_leave_the_last_and_a_reset_leaves_none() {
+    let mut machine = machine("MOVE I0,1,0,0,RISE\nMOVE I0,2,0,0,RISE");
+    machine.set_move_points(POINTS);
+    machine.set_input(0, true);
+    machine.scan();
+    let mut sent = Vec::new();
+    machine.drain_moves(|goal| sent.push((goal.number, goal.x_mm)));
+    assert_eq!(sent, [(1, 1), (2, 2)]);
+    assert!(!machine.report_move(1, MoveReport::Done));
+    machine.reset();
+    assert_eq!((machine.move_state(), machine.n_moves()), (MoveState::Idle, 2));
+    assert!(!machine.report_move(2, MoveReport::Done), "the program does not know of it any more");
+    machine.set_input(0, false);
+    machine.scan();
+    machine.set_input(0, true);
+    machine.scan();
+    assert_eq!(machine.n_moves(), 4, "numbers are not given twice");
+}
+
+#[test]
+fn a_program_reads_the_clock() {
+    // From seven o'clock on workdays: Saturday and Sunday are 6 and 7.
+    let source = "STIC M0,7,1L,3\nSTIC M1,6,1L,3\nACOMP Y0,HOUR,M0\nACOMP Y1,WEEKDAY,M1\n\
+                  NOR Y2,Y1,0L,0L,0L\nAND O0,Y0,Y2,1L,1L";
+    let mut machine = machine(source);
+    let mut at = |text: &str| {
+        assert!(machine.set_clock(DateTime::parse(text).expect("a clock")));
+        machine.scan();
+        let before = machine.outputs();
+        machine.tick_10ms();
+        machine.scan();
+        let bytes = ["HOUR", "MINUTE", "SECOND", "DAY", "MONTH", "WEEKDAY"];
+        (before, machine.outputs(), bytes.map(|name| machine.resource_by_name(name).unwrap_or(99)))
+    };
+    // Friday, 4 December 2009, and the Saturday after it.
+    assert_eq!(at("2009-12-04 06:59:59.99"), (0, 1, [7, 0, 0, 4, 12, 5]));
+    assert_eq!(at("2009-12-04 23:59:59.99"), (1, 0, [0, 0, 0, 5, 12, 6]));
+    assert_eq!(at("2009-12-05 09:30:15.00"), (0, 0, [9, 30, 15, 5, 12, 6]));
+    let wrong = compile("STIC HOUR,3,1L,3").diagnostics.first().map(|d| d.code.id());
+    assert_eq!(wrong, Some("R2003"));
 }
 
 #[test]

@@ -45,8 +45,15 @@ fn codes(info: &str, text: &str) -> BTreeSet<Code> {
     compile(&text.repeat(n_times)).diagnostics.iter().map(|d| d.code).collect()
 }
 
-/// No program can show these two; their pages say why.
-const WITHOUT_PROGRAM: [Code; 2] = [Code::WatchdogReset, Code::ImageMismatch];
+/// No program on a page can show these; their pages say why.
+const WITHOUT_PROGRAM: [Code; 6] = [
+    Code::SourceTooLarge,
+    Code::OtherEncoding,
+    Code::TextAfterEnd,
+    Code::WatchdogReset,
+    Code::ScanOverrun,
+    Code::ImageMismatch,
+];
 
 #[test]
 fn every_problem_has_a_page_that_is_right() {

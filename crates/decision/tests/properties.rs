@@ -15,8 +15,8 @@ fn fragment() -> impl Strategy<Value = String> {
     const PIECES: &[&str] = &[
         "AND", "OR", "FF", "TIMER", "MOVE", "COUNTER", "STC", "STIC", "EVENT", "OPER", "MUL",
         "EQU", "I0", "I99", "Y1", "YTMR3", "0L", "1L", "RISE", "UP", "OSC", "$1F", "%101", "$",
-        "%", "-1", "99999", "'a'", "'", "\"", ";", ",", " ", "\t", "\n", "\r\n", "\0", "é", "NAME",
-        "NAME:", "A-B", "2L",
+        "%", "-1", "99999", "'a'", "'", "\"", ";", ",", " ", "\t", "\n", "\r\n", "\r", "\0", "é",
+        "\u{1A}", "\u{FEFF}", "NAME", "NAME:", "A-B", "2L",
     ];
     prop_oneof![4 => select(PIECES).prop_map(str::to_owned), 1 => any::<char>().prop_map(String::from)]
 }
@@ -79,7 +79,9 @@ fn check_places(source: &str, compilation: &Compilation) {
         compilation.program.iter().flat_map(decision::Program::functions).flat_map(|f| &f.operands)
     {
         assert_eq!(&source[operand.span.start..operand.span.end], operand.text);
-        let line = source.lines().nth(operand.line - 1).expect("the line exists");
+        let text = source.strip_prefix('\u{FEFF}').unwrap_or(source);
+        let text = text.replace("\r\n", "\n").replace('\r', "\n");
+        let line = text.split('\n').nth(operand.line - 1).expect("the line exists");
         let shown: String = line.chars().skip(operand.column - 1).take(operand.length).collect();
         assert_eq!(shown, operand.text);
     }
@@ -95,6 +97,7 @@ struct Oracle {
     phase: BTreeMap<String, bool>,
     moves: Vec<(i32, i32, i32)>,
     n_events: usize,
+    elapsed_ms: u32,
 }
 
 impl Oracle {
@@ -104,6 +107,10 @@ impl Oracle {
             ["S0".to_owned(), "1L".to_owned()].into_iter().chain((0..16).map(|n| format!("NI{n}")))
         {
             oracle.bytes.insert(name, vec![true; 8]);
+        }
+        // Saturday, 1 January 2000, midnight; no run here lasts an hour.
+        for (name, number) in [("DAY", 1), ("MONTH", 1), ("WEEKDAY", 6)] {
+            oracle.store(name, number);
         }
         oracle
     }
@@ -238,12 +245,15 @@ impl Oracle {
         for (n, value) in analogs.into_iter().enumerate() {
             self.store(&format!("A{n}"), value.into());
         }
+        self.store("SECOND", self.elapsed_ms / 1000 % 60);
+        self.store("MINUTE", self.elapsed_ms / 60_000);
         source.lines().for_each(|line| self.line(line));
         let status = self.number("STATUS") % 16;
         (0..16).for_each(|n| self.push(&format!("S{n}"), n == status));
     }
 
     fn pass_10_ms(&mut self) {
+        self.elapsed_ms += 10;
         self.timer_ms.values_mut().for_each(|left| *left = left.saturating_sub(10));
     }
 }

@@ -3,7 +3,7 @@
 
 #![cfg(test)]
 
-use decision::{Code, DateTime, Machine, Mode, Step, compile};
+use decision::{Code, DateTime, Failsafe, Machine, Mode, Step, compile, compile_as};
 
 const MODES: [Mode; 2] = [Mode::Listing, Mode::Corrected];
 
@@ -87,6 +87,8 @@ fn quirk_5_sums_lose_the_high_byte_and_differences_the_sign() {
     let results = machines(source).map(|mut machine| {
         machine.set_analog(0, 200);
         machine.set_analog(1, 203);
+        // The listing's SELOP 1 is the resource at address 1 (quirk 12).
+        machine.set_input(1, true);
         machine.scan();
         ["M0", "M1", "M2", "M3", "M4", "M5"].map(|name| byte(&machine, name))
     });
@@ -151,6 +153,51 @@ fn quirk_9_ticks_between_two_passes_are_lost() {
 #[test]
 fn quirk_10_the_last_line_counts_without_a_newline() {
     assert_eq!(compile("AND O0,I0,I1,I2,I3").program.expect("correct").functions().len(), 1);
+}
+
+#[test]
+fn quirk_11_a_stopped_program_freezes_the_outputs() {
+    let outputs = machines("AND O0,I0,1L,1L,1L\nSTIC QRUN,0,I1,RISE").map(|mut machine| {
+        machine.set_failsafe(Failsafe { on: 0b100, hold: 0 });
+        scan_with_input(&mut machine, true);
+        let running = machine.outputs();
+        machine.set_input(1, true);
+        machine.scan();
+        (running, machine.outputs(), machine.is_running())
+    });
+    assert_eq!(outputs, [(0b001, 0b001, false), (0b001, 0b100, false)]);
+}
+
+#[test]
+fn quirk_12_the_selector_of_oper_is_fetched_through_the_table() {
+    // Selector 0 is I0 for the listing, selector 1 is I1; a set bit subtracts.
+    let results = |i0, i1| {
+        machines("OPER M0,M1,A0,A1,0\nOPER M2,M3,A0,A1,1").map(|mut machine| {
+            machine.set_analog(0, 5);
+            machine.set_analog(1, 3);
+            machine.set_input(1, i1);
+            scan_with_input(&mut machine, i0);
+            [byte(&machine, "M1"), byte(&machine, "M3")]
+        })
+    };
+    assert_eq!(results(false, false), [[8, 8], [8, 2]]);
+    assert_eq!(results(true, false), [[2, 8], [8, 2]]);
+    assert_eq!(results(false, true), [[8, 2], [8, 2]]);
+}
+
+#[test]
+fn quirk_13_case_is_folded_up_to_the_first_quote() {
+    let source = "stic m0,'a',1l,3";
+    let [listing, corrected] = MODES.map(|mode| compile_as(source, mode));
+    assert_eq!(corrected.n_errors, 0);
+    let found: Vec<_> = listing.diagnostics.iter().map(ToString::to_string).collect();
+    let expected = "1:13 R2001 error: nothing is called `1l` in listing mode (after a quote the \
+                    listing folds no case: write `1L`)";
+    assert_eq!(found, [expected]);
+    // In capitals, and with small letters before the quote or in the comment, both read it.
+    for mode in MODES {
+        assert_eq!(compile_as("stic m0,'a',1L,3 ; small", mode).n_errors, 0);
+    }
 }
 
 #[test]
