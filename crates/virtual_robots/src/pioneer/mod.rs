@@ -7,8 +7,9 @@
 //! client that lost track, and the robot closes the old session and answers it.
 //!
 //! **Open.** Information packets leave every 100 ms with the sonar readings new since the last one.
-//! Without any packet from the client for the watchdog's time (2 s) the motors stop. CLOSE switches
-//! the motors off and ends the packets; odometry goes on.
+//! Without any packet from the client for the watchdog's time (2 s) the motors stop; at the next
+//! packet, whatever it says, the robot goes on with what it was doing. CLOSE switches the motors off
+//! and ends the packets; odometry goes on.
 //!
 //! **Motion.** See the `motion` module: VEL and MOVE set the translation, RVEL, ROTATE, HEAD, DHEAD
 //! and DCHEAD the rotation, both at the same time; VEL2 takes both over, and the next command of
@@ -322,6 +323,7 @@ impl PioneerFirmware {
         while let Some(packet) = self.decoder.next_packet() {
             self.counters.n_packets += 1;
             self.last_packet = Some(now);
+            self.motion.resume();
             self.obey(now, packet.body(), out);
         }
     }
@@ -334,7 +336,7 @@ impl PioneerFirmware {
         {
             self.last_packet = None;
             self.counters.n_watchdog_stops += 1;
-            self.motion.stop();
+            self.motion.suspend();
         }
         let bumped = self.bump_stall && self.feedback.touching;
         if bumped {

@@ -42,6 +42,8 @@ pub(super) struct MotionLimits {
 pub(super) struct Motion {
     pub(super) limits: MotionLimits,
     mode: Mode,
+    /// The watchdog keeps it standing; the set points are kept.
+    suspended: bool,
     velocity: BodyVelocity,
 }
 
@@ -70,14 +72,11 @@ enum Rotation {
 
 const STAND: Translation = Translation::Speed { mps: 0.0 };
 const STRAIGHT: Rotation = Rotation::Rate { radps: 0.0 };
+const REST: Mode = Mode::Body { translation: STAND, rotation: STRAIGHT };
 
 impl Motion {
     pub(super) fn new(limits: MotionLimits) -> Self {
-        Self {
-            limits,
-            mode: Mode::Body { translation: STAND, rotation: STRAIGHT },
-            velocity: BodyVelocity::default(),
-        }
+        Self { limits, mode: REST, suspended: false, velocity: BodyVelocity::default() }
     }
 
     /// VEL: goes straight at that speed; the rotation set point stays.
@@ -107,9 +106,22 @@ impl Motion {
         self.mode = Mode::Wheels(wheels);
     }
 
-    /// STOP and the watchdog: decelerates to a stand.
+    /// STOP: decelerates to a stand.
     pub(super) fn stop(&mut self) {
-        self.mode = Mode::Body { translation: STAND, rotation: STRAIGHT };
+        self.mode = REST;
+    }
+
+    /// The watchdog: decelerates to a stand and keeps its set points.
+    pub(super) fn suspend(&mut self) {
+        self.suspended = true;
+    }
+
+    /// The client is back: the set points count again.
+    ///
+    /// Source: Pioneer 3 Operations Manual, safety watchdogs: activity, motion included, goes on as
+    /// soon as communication is restored.
+    pub(super) fn resume(&mut self) {
+        self.suspended = false;
     }
 
     /// `E_STOP` and switched-off motors: stands now, whatever the limits.
@@ -139,7 +151,7 @@ impl Motion {
         drive: &DriveGeometry,
         dt: Duration,
     ) -> WheelSpeeds {
-        match self.mode {
+        match if self.suspended { REST } else { self.mode } {
             Mode::Wheels(target) => self.step_wheels(target, drive, dt),
             Mode::Body { translation, rotation } => {
                 let limits = self.limits;

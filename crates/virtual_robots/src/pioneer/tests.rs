@@ -329,12 +329,16 @@ fn the_watchdog_stops_a_robot_whose_client_is_silent() {
     bench.silence_ms(1100);
     assert!(bench.reference.is_zero());
     assert_eq!(bench.firmware.counters().n_watchdog_stops, 1);
-    // A pulse alone does not set it going again, a command does.
-    bench.obey(Command::Pulse, 300);
-    assert!(bench.reference.is_zero());
-    bench.obey(Command::Vel(300), 3000);
+    // Any packet sets it going again, as the manual says: a pulse will do.
+    bench.obey(Command::Pulse, 1100);
     close(bench.reference.left_mps, 0.3, 1e-9);
-    assert_eq!(bench.firmware.counters().n_watchdog_stops, 1);
+    // What was taken back, before or during the silence, does not come again.
+    bench.silence_ms(3100);
+    assert!(bench.reference.is_zero());
+    bench.obey(Command::Stop, 1100);
+    bench.obey(Command::Pulse, 1100);
+    assert!(bench.reference.is_zero());
+    assert_eq!(bench.firmware.counters().n_watchdog_stops, 2);
 }
 
 #[test]
