@@ -7,7 +7,7 @@
 //! | --- | --- | --- |
 //! | restart | `00` | connects to the robot anew; answered by `30` |
 //! | report sonar | `01` | answered by a sonar report |
-//! | stop | `02` | stops and forgets the goal |
+//! | stop | `02` | stops and forgets the goal; answered by state 0 |
 //! | go to | `FE, x, x, y, y` or `FE, x, x, y, y, heading, heading, check` | goal in the map, mm and degrees; answered by state 1 |
 //! | link test | `FF` | answered by `FF` |
 //!

@@ -66,7 +66,7 @@ pub struct LinkCounters {
     pub n_sent: u64,
     /// Bytes received at the far end.
     pub n_delivered: u64,
-    /// Bytes that vanished on the line.
+    /// Bytes that vanished on the line, by a fault or in a cut.
     pub n_lost: u64,
     /// Bytes that arrived, or will arrive, as other bytes.
     pub n_corrupted: u64,
@@ -119,6 +119,24 @@ impl Link {
         }
     }
 
+    /// Cuts or mends the direction of the bytes sent from `end`. A cut loses what is under way; what is
+    /// sent into it takes its time on the line and is lost as well. Faults that are drawn later do not
+    /// depend on it.
+    pub fn set_cut(&mut self, end: End, cut: bool) {
+        match end {
+            End::A => self.from_a.set_cut(cut),
+            End::B => self.from_b.set_cut(cut),
+        }
+    }
+
+    /// Whether the bytes sent from `end` are lost in a cut.
+    pub fn is_cut(&self, end: End) -> bool {
+        match end {
+            End::A => self.from_a.cut,
+            End::B => self.from_b.cut,
+        }
+    }
+
     /// When the last byte sent from `end` will have left it: the line is free then.
     pub fn free_at(&self, end: End) -> Stamp {
         match end {
@@ -137,6 +155,7 @@ struct Direction {
     corruption_prob: f64,
     rng: RandomStream,
     under_way: VecDeque<(Stamp, u8)>,
+    cut: bool,
     free_at: Stamp,
     burst_delay: Duration,
     counters: LinkCounters,
@@ -162,6 +181,7 @@ impl Direction {
             corruption_prob,
             rng: RandomStream::seed_from_u64(rng.next_u64()),
             under_way: VecDeque::new(),
+            cut: false,
             free_at: Stamp::ZERO,
             burst_delay: Duration::ZERO,
             counters: LinkCounters::default(),
@@ -186,7 +206,7 @@ impl Direction {
         }
         self.free_at = shift(self.free_at, self.byte_time);
         if self.draw_for(self.loss_prob > 0.0) < self.loss_prob {
-            self.counters.n_lost = self.counters.n_lost.saturating_add(1);
+            self.lose(1);
             return;
         }
         let mut byte = byte;
@@ -194,8 +214,24 @@ impl Direction {
             self.counters.n_corrupted = self.counters.n_corrupted.saturating_add(1);
             byte ^= self.wrong_bits();
         }
+        if self.cut {
+            self.lose(1);
+            return;
+        }
         let delay = self.latency.saturating_add(self.burst_delay);
         self.under_way.push_back((shift(self.free_at, delay), byte));
+    }
+
+    fn set_cut(&mut self, cut: bool) {
+        self.cut = cut;
+        if cut {
+            self.lose(self.under_way.len() as u64);
+            self.under_way.clear();
+        }
+    }
+
+    fn lose(&mut self, n_bytes: u64) {
+        self.counters.n_lost = self.counters.n_lost.saturating_add(n_bytes);
     }
 
     fn receive(&mut self, now: Stamp, into: &mut Vec<u8>) {
@@ -357,6 +393,34 @@ mod tests {
             (link.counters(End::A).n_lost, link.free_at(End::A).as_nanos() / 1_000_000),
             (96, 99)
         );
+    }
+
+    #[test]
+    fn a_cut_loses_what_is_under_way_and_what_is_sent_one_way_only() {
+        let config = LinkConfig { loss_prob: 0.3, corruption_prob: 0.3, ..at_9600() };
+        let run = |cut: bool| {
+            let mut link = link(&config, 4);
+            let at = Stamp::from_millis;
+            link.send(End::A, at(0), &[1; 20]);
+            link.send(End::B, at(0), &[2; 20]);
+            let first = received(&mut link, End::B, at(10));
+            if cut {
+                link.set_cut(End::A, true);
+            }
+            assert_eq!((link.is_cut(End::A), link.is_cut(End::B)), (cut, false));
+            link.send(End::A, at(40), &[3; 20]);
+            let second = received(&mut link, End::B, at(100));
+            let back = received(&mut link, End::A, at(100));
+            link.set_cut(End::A, false);
+            link.send(End::A, at(200), &[4; 20]);
+            let third = received(&mut link, End::B, at(300));
+            (first, second, third, back, link.counters(End::A), link.free_at(End::A))
+        };
+        let (whole, cut) = (run(false), run(true));
+        assert_eq!((&whole.0, &whole.2, &whole.3, whole.5), (&cut.0, &cut.2, &cut.3, cut.5));
+        assert!(whole.1.len() > 10 && cut.1.is_empty());
+        assert_eq!(cut.4.n_lost - whole.4.n_lost, whole.1.len() as u64);
+        assert_eq!(cut.4.n_delivered + cut.4.n_lost, cut.4.n_sent);
     }
 
     #[test]
