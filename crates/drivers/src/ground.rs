@@ -10,6 +10,9 @@ use wire::{
     ground_link::{ToGround, ToVehicle},
 };
 
+/// Time between two stops that nobody answered.
+const STOP_PERIOD: Duration = Duration::from_millis(250);
+
 /// How the two ends talk.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundLinkConfig {
@@ -38,7 +41,9 @@ impl Default for GroundLinkConfig {
 ///
 /// A goal is acknowledged at once by a report of state 1, as in the thesis, so the navigator's own
 /// first report of state 1 is not sent again. A goal that comes a second time, because the
-/// acknowledgement was lost, is only acknowledged.
+/// acknowledgement was lost, is only acknowledged. Stop is acknowledged by a report of state 0.
+///
+/// Differences: in the thesis nothing answers a stop, so whoever sent it cannot know that it was lost.
 #[derive(Clone, Debug)]
 pub struct GroundClient {
     config: GroundLinkConfig,
@@ -128,6 +133,7 @@ impl GroundClient {
                 Some(GroundCommand::GoTo { goal_in_map: Transform2::new(goal) })
             }
             ToVehicle::Stop => {
+                self.send(ToGround::State(0), out);
                 self.goal = None;
                 Some(GroundCommand::Stop)
             }
@@ -151,15 +157,16 @@ impl GroundClient {
 pub enum GroundStationEvent {
     /// The vehicle said something.
     Heard(ToGround),
-    /// An order was sent as often as permitted and never answered.
+    /// An order was sent as often as permitted and never answered; a stop is sent on.
     Unanswered(ToVehicle),
 }
 
 /// The ground's end: the decision unit or the operator's station.
 ///
-/// Goals, restarts, sonar requests and link tests are repeated until answered; stop is sent twice
-/// at once, as in the thesis, because nothing answers it. A newer order replaces one that is still
-/// unanswered.
+/// Goals, restarts, sonar requests and link tests are repeated until answered, at most
+/// [`GroundLinkConfig::n_tries`] times. Stop is sent twice at once, as in the thesis, and then four
+/// times a second until it is answered, however long that takes. A newer order replaces one that is
+/// still unanswered.
 #[derive(Clone, Debug)]
 pub struct GroundStation {
     config: GroundLinkConfig,
@@ -187,7 +194,7 @@ impl GroundStation {
         self.unanswered = match order {
             ToVehicle::Stop => {
                 order.encode(self.config.byte_order, self.config.framing, out);
-                None
+                Some(Unanswered { order, sent: now, n_sent: 2 })
             }
             _ => Some(Unanswered { order, sent: now, n_sent: 1 }),
         };
@@ -212,16 +219,20 @@ impl GroundStation {
             }
         }
         let Some(unanswered) = &mut self.unanswered else { return };
-        if now.since(unanswered.sent) < self.config.retry_period {
+        let is_stop = unanswered.order == ToVehicle::Stop;
+        let period = if is_stop { STOP_PERIOD } else { self.config.retry_period };
+        if now.since(unanswered.sent) < period {
             return;
         }
-        if unanswered.n_sent >= self.config.n_tries {
+        if unanswered.n_sent == self.config.n_tries {
             events.push(GroundStationEvent::Unanswered(unanswered.order));
-            self.unanswered = None;
-            return;
+            if !is_stop {
+                self.unanswered = None;
+                return;
+            }
         }
         unanswered.sent = now;
-        unanswered.n_sent += 1;
+        unanswered.n_sent = unanswered.n_sent.saturating_add(1);
         unanswered.order.encode(self.config.byte_order, self.config.framing, out);
     }
 
@@ -245,7 +256,7 @@ fn answers(message: ToGround, order: ToVehicle) -> bool {
         ToVehicle::Restart => message == ToGround::Restarted,
         ToVehicle::ReportSonar => matches!(message, ToGround::Sonar(_)),
         ToVehicle::LinkTest => message == ToGround::LinkTest,
-        ToVehicle::Stop => false,
+        ToVehicle::Stop => message == ToGround::State(0),
     }
 }
 

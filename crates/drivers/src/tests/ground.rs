@@ -166,6 +166,49 @@ fn stop_is_said_twice_and_makes_the_next_goal_new() {
 }
 
 #[test]
+fn stop_is_repeated_until_it_is_answered_however_long_the_link_is_cut() {
+    let mut bench = Bench::new(&LinkConfig { baud: Some(9600), ..LinkConfig::default() }, 1);
+    bench.order(GOAL);
+    bench.pass_ms(100);
+    for end in [End::A, End::B] {
+        bench.events.clear();
+        bench.seen.clear();
+        bench.link.set_cut(end, true);
+        bench.order(ToVehicle::Stop);
+        bench.pass_ms(20_000);
+        // It was said in time that nobody answers, once.
+        assert_eq!(bench.events, [GroundStationEvent::Unanswered(ToVehicle::Stop)]);
+        // Whether the order or only its answer is lost: it is never the ground that gives up.
+        assert_eq!(bench.seen.is_empty(), end == End::A);
+        bench.link.set_cut(end, false);
+        bench.pass_ms(400);
+        assert_eq!(bench.orders_seen().last(), Some(&GroundCommand::Stop));
+        assert_eq!(bench.station.unanswered(), None);
+        let n_sent = bench.link.counters(End::A).n_sent;
+        bench.pass_ms(5000);
+        assert_eq!(bench.link.counters(End::A).n_sent, n_sent);
+    }
+}
+
+/// Twice at once is not enough on a bad line: of a hundred stops some were lost for good.
+#[test]
+fn over_a_bad_line_every_stop_comes_through() {
+    let line = LinkConfig {
+        baud: Some(9600),
+        loss_prob: 0.03,
+        corruption_prob: 0.03,
+        ..LinkConfig::default()
+    };
+    for seed in 0..100 {
+        let mut bench = Bench::new(&line, seed);
+        bench.order(ToVehicle::Stop);
+        bench.pass_ms(6000);
+        assert!(bench.orders_seen().contains(&GroundCommand::Stop), "seed {seed}");
+        assert_eq!(bench.station.unanswered(), None, "seed {seed}");
+    }
+}
+
+#[test]
 fn the_other_orders_have_their_answers() {
     let mut bench = Bench::new(&LinkConfig::default(), 1);
     bench.order(ToVehicle::Restart);
