@@ -7,16 +7,22 @@
 //!
 //! **Connected.** Everything that could have been lost is checked against what the robot reports
 //! and sent again: the motors' state and the sonars by the flags of the information packets, the
-//! limits by the configuration packet. The last motion command is repeated with the heartbeat.
-//! Silence for [`PioneerDriverConfig::silence_max`] ends the connection with [`Sensed::LinkDown`];
-//! the driver forgets the motion command and connects anew.
+//! limits by the configuration packet. The last motion command is repeated with the heartbeat, and STOP
+//! until the robot reports that it stands.
+//!
+//! **Lost.** A robot that is not heard for [`PioneerDriverConfig::silence_max`], or no longer hears, ends
+//! the connection with [`Sensed::LinkDown`]. The driver forgets the motion command, sends STOP, says
+//! nothing for longer than the robot's watchdog waits, and only then connects anew; the module
+//! `losing` says why.
 //!
 //! Source: the thesis, Annex C (start-up sequence, heartbeat, commands), and the manufacturer's
 //! public manuals.
-//! Differences: the listing waits a second after each step instead of for its echo, and divides
-//! wheel speeds by 20 mm/s rounding towards zero; here they are rounded to the nearest step.
+//! Differences: the listing waits a second after each step instead of for its echo, divides
+//! wheel speeds by 20 mm/s rounding towards zero (here they are rounded to the nearest step), and stops
+//! with RVEL 0 and MOVE 0, of which half may be lost; STOP is one packet, sent twice.
 
 mod connection;
+mod losing;
 mod status;
 
 use std::time::Duration;
@@ -28,6 +34,7 @@ use wire::arcos::{self, Command as Packet, ConfigPac, Decoder, EncoderPac, Repor
 
 use self::{
     connection::{Phase, Step},
+    losing::Hearing,
     status::StatusReader,
 };
 
@@ -116,6 +123,8 @@ pub struct PioneerCounters {
     pub n_retries: u64,
     /// Packets sent again because the robot reported that their effect was missing.
     pub n_mended: u64,
+    /// Times that the robot was lost: it was not heard any more, or did not hear.
+    pub n_losses: u64,
 }
 
 /// The driver of one Pioneer robot.
@@ -131,6 +140,12 @@ pub struct PioneerDriver {
     last_heartbeat: Stamp,
     last_mend: Stamp,
     last_byte: Stamp,
+    /// When the motion command was sent last, and STOP for whatever reason.
+    last_motion: Stamp,
+    last_stop: Stamp,
+    /// STOPs still to be sent to a robot that was lost.
+    last_stops: u32,
+    hearing: Hearing,
     motors_wanted: bool,
     motion: Option<Command>,
     settings_tries: u32,
@@ -173,6 +188,10 @@ impl PioneerDriver {
             last_heartbeat: Stamp::ZERO,
             last_mend: Stamp::ZERO,
             last_byte: Stamp::ZERO,
+            last_motion: Stamp::ZERO,
+            last_stop: Stamp::ZERO,
+            last_stops: 0,
+            hearing: Hearing::default(),
             motors_wanted: true,
             motion: None,
             settings_tries: 0,
@@ -226,21 +245,18 @@ impl PioneerDriver {
             Command::Drive(_) | Command::TurnTo { .. } | Command::Stop => {
                 if self.is_connected() {
                     self.motion = Some(*command);
-                    self.send_motion(command, out);
+                    self.send_motion(now, command, out);
                 }
             }
             Command::QueryPheromones { .. } | Command::Report(_) => {}
         }
     }
 
-    /// Ends the session: stops the robot and closes the connection. A later step connects anew.
+    /// Ends the session: stops the robot and closes the connection, in whatever state it is. Later steps
+    /// connect anew, but not before the robot's watchdog must have stopped it.
     pub fn disconnect(&mut self, now: Stamp, out: &mut Vec<u8>) {
-        if self.is_connected() {
-            send(&Packet::Stop, out);
-            send(&Packet::Close, out);
-        }
-        self.motion = None;
-        self.begin_again(now);
+        self.be_silent(now);
+        self.hush(now, out);
     }
 
     /// Whether information packets are coming in.
@@ -273,7 +289,8 @@ impl PioneerDriver {
         &self.decoder
     }
 
-    fn send_motion(&self, motion: &Command, out: &mut Vec<u8>) {
+    fn send_motion(&mut self, now: Stamp, motion: &Command, out: &mut Vec<u8>) {
+        self.last_motion = now;
         match *motion {
             Command::Drive(wheels) => match self.config.drive_command {
                 DriveCommand::Vel2 => send(&vel2(wheels), out),
@@ -291,8 +308,9 @@ impl PioneerDriver {
                 send(&Packet::Head(degrees as i16), out);
             }
             Command::Stop => {
-                send(&Packet::RVel(0), out);
-                send(&Packet::Move(0), out);
+                // Twice, because one may be lost, and the robot's report of that comes late.
+                self.stop(now, out);
+                self.stop(now, out);
             }
             _ => {}
         }
@@ -303,10 +321,11 @@ impl PioneerDriver {
             return;
         }
         self.last_heartbeat = now;
-        send(&Packet::Pulse, out);
+        // First: a robot that its watchdog stopped goes on at the pulse with what it knows.
         if let Some(motion) = self.motion {
-            self.send_motion(&motion, out);
+            self.send_motion(now, &motion, out);
         }
+        send(&Packet::Pulse, out);
     }
 
     fn take_sip(
@@ -360,6 +379,15 @@ fn vel_and_rvel(wheels: WheelSpeeds, wheelbase_m: f64) -> [Packet; 2] {
     ]
 }
 
+/// Whether a motion command asks for standing still.
+fn is_rest(motion: &Command) -> bool {
+    match *motion {
+        Command::Stop => true,
+        Command::Drive(wheels) => vel2(wheels) == Packet::Vel2 { left: 0, right: 0 },
+        _ => false,
+    }
+}
+
 /// The type of a robot's packet, for the two that come ten times a second.
 fn is_sip(body: &[u8]) -> bool {
     matches!(body.first(), Some(0x32 | 0x33))
@@ -381,7 +409,10 @@ impl PioneerDriver {
             return;
         }
         match arcos::Report::decode(body) {
-            Ok(Report::Encoder(encoders)) => self.encoders = Some(encoders),
+            Ok(Report::Encoder(encoders)) => {
+                self.encoders = Some(encoders);
+                self.hearing.hear(now);
+            }
             Ok(Report::Config(config)) => {
                 self.settings_confirmed = self.config.settings.agree_with(&config);
                 self.robot_config = Some(config);
@@ -410,15 +441,20 @@ impl PioneerDriver {
             }
             Phase::Sync(_) => {
                 // An old session: it must end before a new one can begin.
-                send(&Packet::Close, out);
+                self.hush(now, out);
                 self.phase = Phase::Closing;
                 self.phase_since = now;
+                return;
+            }
+            Phase::Silent => {
+                self.hear_lost(now, sip, out);
                 return;
             }
             Phase::Closing => return,
         }
         self.take_sip(now, body_len, sip, observations);
         self.mend(now, sip, out);
+        self.insist(now, sip, out);
     }
 
     fn hear_echo(&mut self, now: Stamp, report: Report, out: &mut Vec<u8>) {

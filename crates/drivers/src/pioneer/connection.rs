@@ -1,16 +1,19 @@
 //! Connecting, and putting right what was lost on the way.
 
-use navigator::{Observation, Sensed};
+use navigator::Observation;
 use run_context::Stamp;
 use wire::arcos::{Command as Packet, ConfigPac, Sip};
 
 use super::{
-    FLAG_MOTORS, FLAGS_SONAR, MEND_PERIOD, N_SETTINGS_TRIES, PioneerDriver, PioneerSettings, send,
+    FLAG_MOTORS, FLAGS_SONAR, MEND_PERIOD, N_SETTINGS_TRIES, PioneerDriver, PioneerSettings,
+    losing::Hearing, send,
 };
 
 /// How far the connection has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Phase {
+    /// The robot was lost, or sent away: nothing is said until its watchdog must have stopped it.
+    Silent,
     /// A SYNC was sent and its echo is awaited.
     Sync(Step),
     /// CLOSE was sent to an old session; packets still under way are passed over.
@@ -48,14 +51,14 @@ impl PioneerDriver {
         let waited = now.since(self.phase_since);
         match self.phase {
             Phase::Connected => {
-                if now.since(self.last_sip) >= self.config.silence_max {
-                    observations.push(Observation { about: now, value: Sensed::LinkDown });
-                    self.motion = None;
-                    self.begin_again(now);
+                if self.is_lost(now) {
+                    self.lose(now, observations, out);
                     return;
                 }
                 self.heartbeat(now, out);
+                self.ask_whether_it_hears(now, out);
             }
+            Phase::Silent => self.keep_silent(now, out),
             Phase::Sync(_) | Phase::Closing if waited >= self.config.echo_timeout => {
                 self.counters.n_retries += 1;
                 self.enter(now, Phase::FIRST, out);
@@ -65,26 +68,28 @@ impl PioneerDriver {
                 self.counters.n_retries += 1;
                 self.enter(now, Phase::FIRST, out);
             }
+            // The SYNC0 may have been taken for a pulse.
+            Phase::Sync(Step::Zero)
+                if waited >= self.config.echo_timeout / 2 && self.last_stop <= self.phase_since =>
+            {
+                self.hush(now, out);
+            }
             Phase::Sync(_) | Phase::Closing | Phase::Opening => {}
         }
-    }
-
-    /// Begins connecting at the next step.
-    pub(super) fn begin_again(&mut self, now: Stamp) {
-        self.phase = Phase::FIRST;
-        self.phase_since = now;
-        self.started = false;
-        self.decoder.clear();
     }
 
     pub(super) fn enter(&mut self, now: Stamp, phase: Phase, out: &mut Vec<u8>) {
         self.phase = phase;
         self.phase_since = now;
         match phase {
-            Phase::Sync(Step::Zero) => send(&Packet::Sync0, out),
+            Phase::Sync(Step::Zero) => {
+                self.hush(now, out);
+                send(&Packet::Sync0, out);
+            }
             Phase::Sync(Step::One) => send(&Packet::Sync1, out),
             Phase::Sync(Step::Two) => send(&Packet::Sync2, out),
             Phase::Opening => {
+                self.hearing = Hearing::default();
                 send(&Packet::Open, out);
                 send(&Packet::Enable(self.motors_wanted.into()), out);
                 self.settings_confirmed = self.config.settings == PioneerSettings::default();
@@ -94,7 +99,7 @@ impl PioneerDriver {
                     send(&Packet::Encoder(2), out);
                 }
             }
-            Phase::Closing | Phase::Connected => {}
+            Phase::Silent | Phase::Closing | Phase::Connected => {}
         }
     }
 
@@ -114,7 +119,9 @@ impl PioneerDriver {
             self.counters.n_mended += 1;
             send(&Packet::Sonar(1), out);
         }
-        if !self.settings_confirmed && self.settings_tries < N_SETTINGS_TRIES {
+        // The configuration also says how long the watchdog waits.
+        let unknown = !self.settings_confirmed || self.robot_config.is_none();
+        if unknown && self.settings_tries < N_SETTINGS_TRIES {
             self.last_mend = now;
             self.counters.n_mended += 1;
             self.send_settings(out);

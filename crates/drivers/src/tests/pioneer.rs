@@ -6,12 +6,15 @@ use navigator::{Command, Observation, RobotStatus, Sensed};
 use proptest::prelude::*;
 use robot_models::WheelSpeeds;
 use run_context::Stamp;
-use wire::arcos::{Command as Packet, Decoder, Report, Sip, SonarReading};
+use wire::arcos::{Command as Packet, ConfigPac, Decoder, EncoderPac, Report, Sip, SonarReading};
 
 use crate::{DriveCommand, LineTiming, PioneerDriver, PioneerDriverConfig};
 
 /// On the wire a heartbeat is the first step of connecting.
 const PULSE: Packet = Packet::Sync0;
+
+/// How a search begins: whatever the robot was told before is taken back.
+const SEARCH: [Packet; 3] = [Packet::Stop, Packet::Close, Packet::Sync0];
 
 const STEP: Duration = Duration::from_millis(10);
 
@@ -41,11 +44,17 @@ impl Bench {
         bench.hear(&[Report::Sync0]);
         bench.hear(&[Report::Sync1]);
         bench.hear(&[identity()]);
+        bench.hear(&[configuration(2000)]);
         bench.hear(&[good_sip()]);
         assert!(bench.driver.is_connected());
         bench.said.clear();
         bench.seen.clear();
         bench
+    }
+
+    /// What was said besides the questions whether the robot hears.
+    fn said_but_questions(&self) -> Vec<Packet> {
+        self.said.iter().filter(|&said| *said != Packet::Encoder(1)).cloned().collect()
     }
 
     fn hear(&mut self, reports: &[Report]) {
@@ -97,6 +106,14 @@ fn good_sip() -> Report {
     Report::Sip(Sip { flags: 0b111, ..Sip::AT_REST })
 }
 
+fn configuration(watchdog_ms: u16) -> Report {
+    Report::Config(ConfigPac { watchdog_ms, ..ConfigPac::default() })
+}
+
+fn moving_sip(left_mmps: i16, right_mmps: i16) -> Report {
+    Report::Sip(Sip { flags: 0b111, moving: true, left_mmps, right_mmps, ..Sip::AT_REST })
+}
+
 fn drive(left_mps: f64, right_mps: f64) -> Command {
     Command::Drive(WheelSpeeds { left_mps, right_mps })
 }
@@ -105,8 +122,8 @@ fn drive(left_mps: f64, right_mps: f64) -> Command {
 fn it_connects_step_by_step_and_each_step_waits_for_its_echo() {
     let mut bench = Bench::new(PioneerDriverConfig::default());
     bench.hear(&[]);
-    bench.pass_ms(300, None);
-    assert_eq!(bench.said, [Packet::Sync0]);
+    bench.pass_ms(200, None);
+    assert_eq!(bench.said, SEARCH);
     bench.hear(&[Report::Sync0]);
     assert_eq!(bench.said.pop(), Some(Packet::Sync1));
     bench.hear(&[Report::Sync1]);
@@ -127,12 +144,15 @@ fn without_an_echo_it_begins_again() {
     bench.hear(&[]);
     bench.hear(&[Report::Sync0]);
     bench.said.clear();
-    bench.pass_ms(1600, None);
-    assert_eq!(bench.said, [Packet::Sync0, Packet::Sync0, Packet::Sync0]);
+    bench.pass_ms(1700, None);
+    // In between, the SYNC0 may have been a pulse for a robot that still knew a motion.
+    let round = [&SEARCH[..], &SEARCH[..2]].concat();
+    assert_eq!(bench.said, [&round[..], &round[..], &SEARCH[..]].concat());
     assert_eq!(bench.driver.counters().n_retries, 3);
     // A wrong echo is no echo.
+    bench.said.clear();
     bench.hear(&[Report::Sync1]);
-    assert_eq!(bench.said.len(), 3);
+    assert_eq!(bench.said, []);
 }
 
 #[test]
@@ -141,18 +161,20 @@ fn an_old_session_is_closed_first() {
     bench.hear(&[]);
     bench.hear(&[good_sip()]);
     bench.hear(&[good_sip()]);
-    assert_eq!(bench.said, [Packet::Sync0, Packet::Close]);
+    assert_eq!(bench.said, [&SEARCH[..], &SEARCH[..2]].concat());
     assert!(bench.seen.is_empty());
+    bench.said.clear();
     bench.pass_ms(600, None);
-    assert_eq!(bench.said, [Packet::Sync0, Packet::Close, Packet::Sync0]);
+    assert_eq!(bench.said, SEARCH);
 }
 
 #[test]
 fn a_heartbeat_leaves_well_within_the_watchdog() {
     let mut bench = Bench::connected(PioneerDriverConfig::default());
     bench.pass_ms(4000, Some(&good_sip()));
-    assert_eq!(bench.said, vec![PULSE; 5].get(..bench.said.len()).unwrap());
-    assert!(bench.said.len() >= 4);
+    let said = bench.said_but_questions();
+    assert_eq!(said, vec![PULSE; 5].get(..said.len()).unwrap());
+    assert!(said.len() >= 4);
 }
 
 #[test]
@@ -161,25 +183,144 @@ fn the_last_motion_is_repeated_with_the_heartbeat() {
     let vel2 = Packet::Vel2 { left: 10, right: 12 };
     assert_eq!(bench.command(&drive(0.2, 0.24)), std::slice::from_ref(&vel2));
     bench.pass_ms(900, Some(&good_sip()));
-    assert_eq!(bench.said, [PULSE, vel2]);
+    // The motion first: a pulse alone would wake an older one.
+    assert_eq!(bench.said_but_questions(), [vel2, PULSE]);
+}
+
+/// Lets the time pass in which nothing may be said, and what follows.
+fn expect_silence_then_search(bench: &mut Bench, watchdog_ms: u64) {
+    let told = bench.now;
+    while bench.said.is_empty() {
+        assert!(bench.now.since(told) < Duration::from_millis(watchdog_ms + 1000));
+        bench.hear(&[]);
+    }
+    // The bench's clock is one step ahead of what was said.
+    let silent_for = bench.now.since(told);
+    assert!(silent_for > Duration::from_millis(watchdog_ms), "{silent_for:?}");
+    assert_eq!(bench.said, SEARCH);
 }
 
 #[test]
-fn silence_ends_the_connection_and_forgets_the_motion() {
+fn who_loses_sight_stops_first_is_silent_then_and_only_then_looks_for_the_robot() {
     let mut bench = Bench::connected(PioneerDriverConfig::default());
     bench.command(&drive(0.2, 0.2));
-    bench.pass_ms(1100, None);
+    bench.pass_ms(700, None);
+    bench.said.clear();
+    bench.pass_ms(500, None);
     assert!(!bench.driver.is_connected());
     assert_eq!(bench.seen.last().map(|o| o.value), Some(Sensed::LinkDown));
-    assert_eq!(bench.said.last(), Some(&Packet::Sync0));
-    assert_eq!(bench.command(&drive(0.2, 0.2)), []);
+    let stops = [Packet::Stop, Packet::Stop, Packet::Stop];
+    let since_loss = bench.said.iter().position(|said| *said == Packet::Stop).unwrap();
+    assert_eq!(bench.said.get(since_loss..).unwrap(), stops);
+    for order in [drive(0.2, 0.2), Command::Stop, Command::TurnTo { heading_in_odom_rad: 1.0 }] {
+        assert_eq!(bench.command(&order), []);
+    }
+    bench.said.clear();
+    expect_silence_then_search(&mut bench, 2000);
     for report in [Report::Sync0, Report::Sync1, identity(), good_sip()] {
         bench.hear(&[report]);
     }
     bench.said.clear();
     bench.pass_ms(900, Some(&good_sip()));
-    assert_eq!(bench.said, [PULSE]);
-    assert_eq!(bench.driver.counters().n_connections, 2);
+    assert_eq!(bench.said_but_questions(), [PULSE]);
+    let counters = bench.driver.counters();
+    assert_eq!((counters.n_connections, counters.n_losses), (2, 1));
+}
+
+#[test]
+fn the_silence_is_as_long_as_the_robot_says_that_its_watchdog_waits() {
+    for watchdog_ms in [500, 6000] {
+        let mut bench = Bench::connected(PioneerDriverConfig::default());
+        bench.hear(&[configuration(watchdog_ms)]);
+        bench.pass_ms(1300, None);
+        bench.said.clear();
+        expect_silence_then_search(&mut bench, watchdog_ms.into());
+    }
+}
+
+#[test]
+fn a_lost_robot_that_is_heard_rolling_is_told_again_and_one_that_stands_is_left_alone() {
+    let mut bench = Bench::connected(PioneerDriverConfig::default());
+    bench.pass_ms(1300, None);
+    bench.said.clear();
+    bench.pass_ms(1200, Some(&moving_sip(200, 200)));
+    assert_eq!(bench.said, [Packet::Stop, Packet::Stop]);
+    bench.said.clear();
+    // Nothing of what is heard now belongs to a session.
+    let n_seen = bench.seen.len();
+    bench.pass_ms(1500, Some(&good_sip()));
+    assert_eq!((bench.said.len(), bench.seen.len()), (0, n_seen));
+    bench.pass_ms(1500, None);
+    assert_eq!(bench.said.get(..3), Some(&SEARCH[..]));
+}
+
+#[test]
+fn a_robot_that_answers_no_more_questions_is_lost_although_it_is_heard() {
+    let mut bench = Bench::connected(PioneerDriverConfig::default());
+    let answer = Report::Encoder(EncoderPac { left_ticks: 1, right_ticks: 2 });
+    for _ in 0..5 {
+        bench.pass_ms(800, Some(&good_sip()));
+        assert!(bench.said.contains(&Packet::Encoder(1)), "{:?}", bench.said);
+        bench.said.clear();
+        bench.hear(std::slice::from_ref(&answer));
+    }
+    bench.command(&drive(0.2, 0.2));
+    bench.pass_ms(3000, Some(&good_sip()));
+    assert!(bench.driver.is_connected());
+    // It asks more often when it is not answered: a single loss is not taken for deafness.
+    let n_questions = bench.said.iter().filter(|&said| *said == Packet::Encoder(1)).count();
+    assert!((8..=12).contains(&n_questions), "{n_questions}");
+    bench.pass_ms(1000, Some(&good_sip()));
+    assert!(!bench.driver.is_connected());
+    assert_eq!(bench.seen.last().map(|o| o.value), Some(Sensed::LinkDown));
+    assert_eq!(bench.said.last(), Some(&Packet::Stop));
+}
+
+#[test]
+fn a_robot_that_never_answered_a_question_is_taken_to_hear() {
+    let mut bench = Bench::connected(PioneerDriverConfig::default());
+    bench.pass_ms(20_000, Some(&good_sip()));
+    assert!(bench.driver.is_connected());
+}
+
+#[test]
+fn stop_is_repeated_until_the_robot_reports_that_it_stands() {
+    let rolling = moving_sip(150, 150);
+    for rest in [Command::Stop, drive(0.0, 0.009)] {
+        let mut bench = Bench::connected(PioneerDriverConfig::default());
+        bench.command(&drive(0.15, 0.15));
+        bench.pass_ms(600, Some(&rolling));
+        assert!(!bench.said.contains(&Packet::Stop), "{:?}", bench.said);
+        bench.command(&rest);
+        bench.said.clear();
+        bench.pass_ms(1000, Some(&rolling));
+        let n_stops = bench.said.iter().filter(|&said| *said == Packet::Stop).count();
+        assert!(n_stops >= 3, "{rest:?}: {:?}", bench.said);
+        bench.pass_ms(100, Some(&good_sip()));
+        bench.said.clear();
+        bench.pass_ms(700, Some(&good_sip()));
+        let n_stops = bench.said.iter().filter(|&said| *said == Packet::Stop).count();
+        assert!(n_stops <= 2, "once with the heartbeat: {:?}", bench.said);
+    }
+}
+
+#[test]
+fn a_robot_that_moves_although_nobody_asked_it_to_is_stopped() {
+    let mut bench = Bench::connected(PioneerDriverConfig::default());
+    bench.pass_ms(300, Some(&moving_sip(-80, 80)));
+    assert!(bench.said.contains(&Packet::Stop), "{:?}", bench.said);
+}
+
+#[test]
+fn a_turn_of_which_half_was_lost_is_asked_for_again() {
+    let mut bench = Bench::connected(PioneerDriverConfig::default());
+    let turn = Command::TurnTo { heading_in_odom_rad: 1.5 };
+    let packets = bench.command(&turn);
+    bench.pass_ms(300, Some(&moving_sip(180, 200)));
+    assert_eq!(bench.said_but_questions().get(..2), Some(&packets[..]));
+    bench.said.clear();
+    bench.pass_ms(300, Some(&moving_sip(-190, 200)));
+    assert_eq!(bench.said_but_questions(), []);
 }
 
 #[test]
@@ -219,7 +360,7 @@ fn turning_stopping_and_the_motors_have_their_packets() {
     assert_eq!(bench.command(&turn(-1.0)), [Packet::Vel(0), Packet::Head(303)]);
     assert_eq!(bench.command(&turn(0.789)), [Packet::Vel(0), Packet::Head(45)]);
     assert_eq!(bench.command(&turn(-0.001)), [Packet::Vel(0), Packet::Head(0)]);
-    assert_eq!(bench.command(&Command::Stop), [Packet::RVel(0), Packet::Move(0)]);
+    assert_eq!(bench.command(&Command::Stop), [Packet::Stop, Packet::Stop]);
     assert_eq!(bench.command(&Command::EnableMotors(false)), [Packet::Enable(0)]);
     assert_eq!(bench.command(&Command::EnableMotors(true)), [Packet::Enable(1)]);
 }
@@ -229,7 +370,7 @@ fn what_the_robot_reports_as_missing_is_sent_again() {
     let mut bench = Bench::connected(PioneerDriverConfig::default());
     let motors_off = Report::Sip(Sip { flags: 0b110, ..Sip::AT_REST });
     bench.pass_ms(700, Some(&motors_off));
-    assert_eq!(bench.said, [Packet::Enable(1)]);
+    assert_eq!(bench.said_but_questions(), [Packet::Enable(1)]);
     bench.said.clear();
     let sonar_off = Report::Sip(Sip { flags: 1, ..Sip::AT_REST });
     bench.pass_ms(600, Some(&sonar_off));
@@ -295,6 +436,8 @@ fn disconnecting_stops_the_robot_and_closes() {
     bench.listen(&out);
     assert_eq!(bench.said, [Packet::Stop, Packet::Close]);
     assert!(!bench.driver.is_connected());
+    bench.said.clear();
+    expect_silence_then_search(&mut bench, 2000);
 }
 
 #[test]
