@@ -1,25 +1,18 @@
 //! `cairn graph`: a pose graph alone, optimised.
 
-use std::{
-    fmt::Write as _,
-    fs,
-    io::Read as _,
-    path::{Path, PathBuf},
-    process::ExitCode,
-    time::Instant,
-};
+use std::{fmt::Write as _, io::Read as _, path::PathBuf, process::ExitCode, time::Instant};
 
 use anyhow::{Context, bail};
 use clap::ValueEnum;
+use files::{Kind, Outputs};
 use flate2::read::MultiGzDecoder;
 use least_squares::{Config, Outcome, Report, Start, Workspace, g2o, optimise};
 use serde_json::json;
-use surveys::Batch;
 
 use crate::output::{self, Format, say};
 
 /// Bytes that a compressed graph may unpack to.
-const BYTES_MAX: u64 = 1 << 31;
+const BYTES_MAX: u64 = files::Limit::LOG.bytes_max();
 
 /// Optimises a pose graph (g2o text, plain or gzip) and prints what it was and what it is
 #[derive(Debug, clap::Args)]
@@ -36,6 +29,9 @@ pub(crate) struct Args {
     /// Where the optimised graph goes; it is written whole or not at all
     #[arg(short, long, value_name = "OUT.g2o")]
     output: Option<PathBuf>,
+    /// Replaces a graph that is there already
+    #[arg(long, requires = "output")]
+    force: bool,
     /// Where to begin: the poses of the file, those along the edges, those of two linear problems, or the
     /// best of the three
     #[arg(long, value_enum, default_value_t)]
@@ -82,8 +78,12 @@ struct Found {
 
 pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     let name = args.file.display();
+    let outputs = Outputs::new(args.force).keeping([&args.file]);
+    if let Some(path) = &args.output {
+        outputs.check(path, Kind::GRAPH)?;
+    }
     let begun = Instant::now();
-    let bytes = fs::read(&args.file).with_context(|| format!("cannot read the graph {name}"))?;
+    let bytes = crate::input::read(&args.file, "the graph")?;
     let (text, cut) = unpacked(bytes).with_context(|| format!("cannot read the graph {name}"))?;
     let (mut graph, ids, damage) = g2o::read(&text).with_context(|| name.to_string())?;
     drop(text);
@@ -104,7 +104,7 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
         _ => {}
     }
     if let Some(path) = &args.output {
-        write(path, &g2o::write(&graph, &ids))?;
+        outputs.write(path, Kind::GRAPH, g2o::write(&graph, &ids).as_bytes())?;
     }
     let (n_vertices, n_edges) = (graph.poses().len(), graph.edges().len());
     let found = Found { n_vertices, n_edges, report, damage, cut, read_s, optimise_s };
@@ -137,16 +137,6 @@ fn unpacked(bytes: Vec<u8>) -> anyhow::Result<(Vec<u8>, Option<String>)> {
             Ok((text, Some(cut)))
         }
     }
-}
-
-fn write(path: &Path, text: &str) -> anyhow::Result<()> {
-    let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
-        bail!("{}: cannot be written: it has no file name", path.display());
-    };
-    let mut batch = Batch::new(path.parent().unwrap_or(Path::new("")))?;
-    batch.put(name, text.as_bytes())?;
-    batch.commit()?;
-    Ok(())
 }
 
 fn outcome_word(outcome: Outcome) -> &'static str {

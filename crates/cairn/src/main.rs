@@ -8,6 +8,7 @@
 mod config;
 mod explain;
 mod graph;
+mod input;
 mod map;
 mod missions;
 mod output;

@@ -14,6 +14,7 @@ use std::{
 
 use anyhow::bail;
 use clap::ValueEnum;
+use files::{Kind, Outputs, Refusal};
 use indicatif::{ProgressBar, ProgressStyle};
 use surveys::{
     CHECKPOINT, Clock, FolderInput, Outcome, SUMMARY, Survey, SurveyConfig, SurveyState, Written,
@@ -34,7 +35,8 @@ const SCANS_PER_LOOK: usize = 8;
     Logs: CARMEN (FLASER or ROBOTLASER1 with ODOM), MRPT's laser text, MAT files of level 5 with\n\
     saved_readings and saved_pose, ARTEMIC's two texts, sonar text with a pose file, cairn's CSV and MCAP; each\n\
     also as gzip. What is wrong in a log is skipped or repaired, counted and listed in the report.\n\n\
-    Written into the folder, each file whole or not at all: map.pgm and map.yaml (as ROS's map server reads\n\
+    Nothing that exists is replaced without --force, and nothing that is read ever. Written into the folder\n\
+    (which is made if there is none, but none above it), each file whole or not at all: map.pgm and map.yaml (as ROS's map server reads\n\
     them), map.png, trajectory.tum (a line for each scan: time of the log, x y z, quaternion), graph.g2o (with a\n\
     laser), report.html, summary.json, settings.toml (give it to --config to repeat the run).\n\n\
     A long run leaves its results so far in FOLDER/checkpoint every half minute; they are usable as they are. A\n\
@@ -101,7 +103,7 @@ pub(crate) struct Args {
     /// The folder for the results; the log's name with `-map` unless given
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Replaces results that are in the folder already
+    /// Replaces results that are in the folder already; with --sweep, begins the sweep anew
     #[arg(long)]
     force: bool,
     /// Finishes a run that was killed, from the checkpoint in the folder
@@ -151,12 +153,10 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     let Some(log) = &args.log else { bail!("give the recording that is to be mapped") };
     let config = inputs::config(args)?;
     let folder = args.output.clone().unwrap_or_else(|| inputs::default_folder(log));
-    if args.sweep.is_none() {
-        refuse_to_overwrite(&folder, args.force)?;
-    }
+    let outputs = outputs(args, &folder)?;
     let inputs = Inputs::read(args, log)?;
     if let Some(plan) = &args.sweep {
-        return study::main(args, &inputs, &config, plan, &folder);
+        return study::main(args, (&inputs, &config), plan, &folder, &outputs);
     }
     let (resumed, config) = if args.resume {
         let (state, config) = surveys::read_checkpoint(&folder, &inputs.recording)?;
@@ -165,7 +165,8 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
         (None, config)
     };
     let begun = Instant::now();
-    let (outcome, written) = run(args, &inputs, &config, &folder, resumed.as_ref())?;
+    let place = (folder.as_path(), &outputs);
+    let (outcome, written) = run(args, &inputs, &config, place, resumed.as_ref())?;
     surveys::remove_checkpoint(&folder);
     let run_s = begun.elapsed().as_secs_f64();
     match args.format {
@@ -175,16 +176,31 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Results that took time are not replaced by accident.
-fn refuse_to_overwrite(folder: &Path, force: bool) -> anyhow::Result<()> {
-    if folder.join(SUMMARY).exists() && !force {
-        bail!(
-            "{} holds the results of a survey already; choose another folder with -o, or replace them with \
-             --force",
+/// What the command may write. Everything that stands in the way is said before the work.
+fn outputs(args: &Args, folder: &Path) -> anyhow::Result<Outputs> {
+    let given = [&args.log, &args.log2, &args.prior, &args.truth, &args.relations, &args.config];
+    let given = given.into_iter().flatten().chain(&args.sweep).cloned();
+    let outputs = Outputs::new(args.force).keeping(given.chain(inputs::prior_picture(args)));
+    let checked = match (&args.sweep, args.resume) {
+        (Some(_), _) => study::check(args, folder, &outputs),
+        // The checkpoint is what this run goes on from.
+        (None, true) => outputs.check_folder(folder, &[(SUMMARY, Kind::JSON)]),
+        (None, false) => surveys::check_results(folder, &outputs),
+    };
+    match checked {
+        Ok(()) => Ok(outputs),
+        Err(Refusal::Exists { path }) if path.starts_with(folder.join(CHECKPOINT)) => bail!(
+            "{} holds the checkpoint of a run that was killed; finish it with --resume, begin anew with --force, or \
+             choose another folder with -o",
             folder.display()
-        );
+        ),
+        Err(Refusal::Exists { path }) => bail!(
+            "{} holds results already ({} is there); choose another folder with -o, or replace them with --force",
+            folder.display(),
+            path.file_name().unwrap_or_default().display()
+        ),
+        Err(other) => Err(other.into()),
     }
-    Ok(())
 }
 
 /// A clock for the libraries, which have none of their own.
@@ -197,19 +213,12 @@ fn run(
     args: &Args,
     inputs: &Inputs,
     config: &SurveyConfig,
-    folder: &Path,
+    (folder, outputs): (&Path, &Outputs),
     resumed: Option<&SurveyState>,
 ) -> anyhow::Result<(Outcome, Written)> {
     let prior = Inputs::prior(args, config)?;
     let mut survey =
         Survey::with_prior(Arc::clone(&inputs.recording), config.clone(), clock(), prior)?;
-    if resumed.is_none() && folder.join(CHECKPOINT).exists() {
-        eprintln!(
-            "cairn: {} holds the checkpoint of a run that was killed; --resume would finish it. This run begins \
-             anew.",
-            folder.display()
-        );
-    }
     let input = FolderInput {
         name: &inputs.name,
         source: &inputs.source,
@@ -239,7 +248,7 @@ fn run(
     bar.tick();
     survey.complete()?;
     let outcome = survey.outcome_so_far()?;
-    let written = surveys::write_results(folder, &input, &outcome)?;
+    let written = surveys::write_results(folder, &input, &outcome, outputs)?;
     bar.finish_and_clear();
     Ok((outcome, written))
 }

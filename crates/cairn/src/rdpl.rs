@@ -8,8 +8,9 @@ use std::{
 };
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
-use anyhow::{Context, bail};
+use anyhow::bail;
 use decision::{Diagnostic, Severity};
+use files::{Kind, Outputs};
 use serde_json::json;
 
 use crate::output::{Format, say};
@@ -19,8 +20,10 @@ use crate::output::{Format, say};
 #[command(
     after_help = "Examples:\n  cairn rdpl doorbell.src\n  cairn rdpl doorbell.src --check --format json\n  \
     cairn rdpl doorbell.src --check --gates doorbell.svg\n\n\
-    Exit code 0: no errors (there may be warnings); 1: errors, and no image is left; 2: a file cannot\n\
-    be read or written. `cairn explain CODE` says more about a problem."
+    What is there already is replaced only with --force, and only when its listing says that it was compiled\n\
+    from the same source; the source itself never is.\n\n\
+    Exit code 0: no errors (there may be warnings); 1: errors, and no image of this source is left; 2: a file\n\
+    cannot be read or written. `cairn explain CODE` says more about a problem."
 )]
 pub(crate) struct Args {
     /// The source; `.rdpl` and `.src` are tried when the name has no extension
@@ -31,6 +34,9 @@ pub(crate) struct Args {
     /// Where the image (.bin) and the listing (.lst) go; beside the source unless given
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
+    /// Replaces the image, the listing and the drawing of an earlier version
+    #[arg(long)]
+    force: bool,
     /// Draws the program as a diagram of gates (SVG)
     #[arg(long, value_name = "FILE.svg")]
     gates: Option<PathBuf>,
@@ -41,8 +47,10 @@ pub(crate) struct Args {
 
 pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     let path = source_path(&args.source);
-    let source = fs::read_to_string(&path)
-        .with_context(|| format!("cannot read the program {}", path.display()))?;
+    let source = files::read_text(&path, "the program")?;
+    let outputs = Outputs::new(args.force).keeping([&path]);
+    let targets = (!args.check).then(|| Targets::of(args, &path));
+    refuse(args, targets.as_ref(), &path, &outputs)?;
     let compilation = decision::compile(&source);
     let renderer = if io::stderr().is_terminal() { Renderer::styled() } else { Renderer::plain() };
     match args.format {
@@ -53,48 +61,103 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
         }
         Format::Json => say!("{}", as_json(&compilation)),
     }
-    let folder =
-        args.output.clone().or_else(|| path.parent().map(PathBuf::from)).unwrap_or_default();
-    let beside = |extension: &str| {
-        let mut name = path.file_stem().unwrap_or(path.as_os_str()).to_owned();
-        name.push(extension);
-        folder.join(name)
-    };
-    let (image_path, listing_path) = (beside(".bin"), beside(".lst"));
-    if !args.check {
-        if [&image_path, &listing_path].contains(&&path) {
-            bail!(
-                "{} would be overwritten by what is compiled from it: give the source another \
-                 extension, such as .src",
-                path.display()
-            );
-        }
-        let listing = compilation.listing();
-        fs::write(&listing_path, listing)
-            .with_context(|| format!("cannot write the listing {}", listing_path.display()))?;
-        match &compilation.program {
-            Some(program) => fs::write(&image_path, program.image())
-                .with_context(|| format!("cannot write the image {}", image_path.display()))?,
-            // An image of an earlier version must not be taken for this one.
-            None if image_path.exists() => fs::remove_file(&image_path)
-                .with_context(|| format!("cannot remove the outdated {}", image_path.display()))?,
-            None => {}
-        }
+    if let Some(targets) = &targets {
+        write_compiled(&compilation, targets, &path, &outputs)?;
     }
     if let Some(path) = &args.gates
         && let Some(program) = &compilation.program
     {
-        fs::write(path, decision::gate_view(program))
-            .with_context(|| format!("cannot write the drawing {}", path.display()))?;
+        outputs.write(path, Kind::SVG, decision::gate_view(program).as_bytes())?;
     }
     if args.format == Format::Text {
-        let written = (image_path.as_path(), listing_path.as_path());
-        print_closing(&compilation, (!args.check).then_some(written));
+        print_closing(&compilation, targets.as_ref());
         if let Some(path) = args.gates.as_ref().filter(|_| compilation.program.is_some()) {
             say!("Gates: {}", path.display());
         }
     }
     Ok(if compilation.n_errors == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Where the compiler's results go.
+struct Targets {
+    image: PathBuf,
+    listing: PathBuf,
+}
+
+impl Targets {
+    fn of(args: &Args, source: &Path) -> Self {
+        let folder =
+            args.output.clone().or_else(|| source.parent().map(PathBuf::from)).unwrap_or_default();
+        let beside = |extension: &str| {
+            let mut name = source.file_stem().unwrap_or(source.as_os_str()).to_owned();
+            name.push(extension);
+            folder.join(name)
+        };
+        Self { image: beside(".bin"), listing: beside(".lst") }
+    }
+}
+
+/// Refuses, before anything is compiled, what must not be written.
+fn refuse(
+    args: &Args,
+    targets: Option<&Targets>,
+    source: &Path,
+    outputs: &Outputs,
+) -> anyhow::Result<()> {
+    let mut wanted: Vec<(&Path, Kind)> = Vec::new();
+    if let Some(Targets { image, listing }) = targets {
+        wanted.extend([(image.as_path(), Kind::IMAGE), (listing.as_path(), Kind::LISTING)]);
+    }
+    wanted.extend(args.gates.as_deref().map(|path| (path, Kind::SVG)));
+    outputs.check_all(&wanted)?;
+    if let Some(Targets { listing, .. }) = targets
+        && let Some(other) = compiled_from(listing)
+        && other != file_name(source)
+    {
+        bail!(
+            "{} is of another program, {other}, and is not replaced; choose another folder with -o, or another \
+             name for {}",
+            listing.display(),
+            source.display()
+        );
+    }
+    Ok(())
+}
+
+/// The last line of a listing: whose it is.
+const SOURCE: &str = "Source: ";
+
+/// The source that a listing says it was compiled from.
+fn compiled_from(listing: &Path) -> Option<String> {
+    let text = fs::read_to_string(listing).ok()?;
+    Some(text.lines().next_back()?.strip_prefix(SOURCE)?.to_owned())
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// Writes listing and image; a listing alone when there are errors, and then no image of an earlier version of this
+/// source may be taken for one of this.
+fn write_compiled(
+    compilation: &decision::Compilation,
+    Targets { image, listing }: &Targets,
+    source: &Path,
+    outputs: &Outputs,
+) -> anyhow::Result<()> {
+    let is_own = compiled_from(listing).is_some();
+    let text = format!("{}\n{SOURCE}{}\n", compilation.listing().trim_end(), file_name(source));
+    outputs.write(listing, Kind::LISTING, text.as_bytes())?;
+    match &compilation.program {
+        Some(program) => outputs.write(image, Kind::IMAGE, program.image())?,
+        None if is_own => outputs.remove(image, Kind::IMAGE)?,
+        None if image.exists() => eprintln!(
+            "cairn: {} is not of this source, as far as can be seen: it is left as it was",
+            image.display()
+        ),
+        None => {}
+    }
+    Ok(())
 }
 
 fn source_path(given: &Path) -> PathBuf {
@@ -106,7 +169,7 @@ fn source_path(given: &Path) -> PathBuf {
     }
 }
 
-fn print_closing(compilation: &decision::Compilation, written: Option<(&Path, &Path)>) {
+fn print_closing(compilation: &decision::Compilation, written: Option<&Targets>) {
     say!("Lines compiled: {}. Total errors {}.", compilation.n_lines, compilation.n_errors);
     if let Some(program) = &compilation.program {
         let estimate = program.estimate();
@@ -116,7 +179,7 @@ fn print_closing(compilation: &decision::Compilation, written: Option<(&Path, &P
             estimate.bytes,
             estimate.scan_ms
         );
-        if let Some((image, listing)) = written {
+        if let Some(Targets { image, listing }) = written {
             say!("Image: {}\nListing: {}", image.display(), listing.display());
         }
     }

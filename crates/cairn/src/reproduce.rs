@@ -1,10 +1,15 @@
 //! `cairn reproduce`: the published experiments, repeated.
 
-use std::{fs, path::PathBuf, process::ExitCode};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::ValueEnum;
 use experiments::{ALL, Options, Report};
+use files::{Batch, Kind, Outputs};
 use indicatif::{ProgressBar, ProgressStyle};
 use run_context::RunSeed;
 
@@ -27,16 +32,20 @@ pub(crate) struct Args {
     /// Threads; one per core unless given. The results do not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     threads: usize,
-    /// Where the report, its figures (SVG) and tables (CSV) go
+    /// Where the report, its figures (SVG) and tables (CSV) go: a folder, made if there is none; named for the
+    /// experiment unless given
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
+    /// Replaces a report that is in the folder already
+    #[arg(long)]
+    force: bool,
     /// The kind of report
     #[arg(long, value_enum, default_value_t)]
-    report: Kind,
+    report: ReportKind,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum Kind {
+enum ReportKind {
     /// One page with the figures inside
     #[default]
     Html,
@@ -55,8 +64,9 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(name));
     // Before the long work, not after it.
-    fs::create_dir_all(&folder)
-        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    let outputs = Outputs::new(args.force);
+    outputs.check_folder(&folder, &[("report.html", Kind::HTML), ("report.md", Kind::MARKDOWN)])?;
+    refuse_results(&folder, &outputs)?;
     let options = Options {
         n_runs: args.runs.unwrap_or(0),
         seed: RunSeed(args.seed),
@@ -75,28 +85,53 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
         bar.set_position(bar.position().max(done as u64));
     })?;
     bar.finish_and_clear();
-    let path = write(&report, args.report, &folder)?;
+    let path = write(&report, args.report, &folder, &outputs)?;
     print_tables(&report);
     say!("Report: {}", path.display());
     Ok(ExitCode::SUCCESS)
 }
 
-fn write(report: &Report, kind: Kind, folder: &std::path::Path) -> anyhow::Result<PathBuf> {
-    let put = |name: String, text: String| {
-        let path = folder.join(name);
-        fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
-        anyhow::Ok(path)
-    };
+/// Figures and tables of an earlier report are seen before the work; which ones there will be, only after it.
+fn refuse_results(folder: &Path, outputs: &Outputs) -> anyhow::Result<()> {
+    let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
+    for entry in entries.flatten() {
+        let path = entry.path();
+        let is_table = entry.file_name().to_string_lossy().starts_with("table-");
+        let kind = match path.extension().and_then(|extension| extension.to_str()) {
+            Some("svg") => Kind::SVG,
+            Some("csv") if is_table => Kind::CSV,
+            _ => continue,
+        };
+        outputs.check(&path, kind)?;
+    }
+    Ok(())
+}
+
+fn write(
+    report: &Report,
+    kind: ReportKind,
+    folder: &Path,
+    outputs: &Outputs,
+) -> anyhow::Result<PathBuf> {
+    let mut batch = Batch::new(folder, outputs)?;
     for figure in report.figures() {
-        put(format!("{}.svg", figure.name), figure.svg.clone())?;
+        batch.put(&format!("{}.svg", figure.name), Kind::SVG, figure.svg.as_bytes())?;
     }
     for (index, table) in report.tables().enumerate() {
-        put(format!("table-{}.csv", index + 1), table.to_csv())?;
+        batch.put(&format!("table-{}.csv", index + 1), Kind::CSV, table.to_csv().as_bytes())?;
     }
-    match kind {
-        Kind::Html => put("report.html".to_owned(), report.to_html()),
-        Kind::Markdown => put("report.md".to_owned(), report.to_markdown()),
-    }
+    let name = match kind {
+        ReportKind::Html => {
+            batch.put("report.html", Kind::HTML, report.to_html().as_bytes())?;
+            "report.html"
+        }
+        ReportKind::Markdown => {
+            batch.put("report.md", Kind::MARKDOWN, report.to_markdown().as_bytes())?;
+            "report.md"
+        }
+    };
+    batch.commit()?;
+    Ok(folder.join(name))
 }
 
 fn print_tables(report: &Report) {

@@ -6,10 +6,11 @@ use std::{
     time::{Duration, Instant},
 };
 
+use files::{Kind, Outputs};
 use indicatif::{ProgressBar, ProgressStyle};
 use missions::{Mission, Recorder, Run};
 use run_context::RunSeed;
-use studio::{Options, Show};
+use studio::{Options, Recordings, Show};
 
 use crate::output::{self, Format, say};
 use crate::parse;
@@ -41,9 +42,12 @@ pub(crate) struct Args {
     /// Changes one key of the mission; may be given several times
     #[arg(long = "set", value_name = "TABLE.KEY=VALUE")]
     overrides: Vec<String>,
-    /// Records the run (MCAP); `cairn replay` shows it again
+    /// Records the run (MCAP); `cairn replay` shows it again. After a restart in the studio FILE-2, FILE-3 …
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    /// Replaces a recording of that name
+    #[arg(long, requires = "record")]
+    force: bool,
     /// How a headless run prints its end
     #[arg(long, value_enum, default_value_t, requires = "headless")]
     format: Format,
@@ -72,24 +76,37 @@ pub(crate) fn studio_with_doorbell() -> anyhow::Result<ExitCode> {
 pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     let mission = Mission::load(&args.mission, &args.overrides)?;
     let seed = args.seed.map_or_else(|| mission.seed(), RunSeed);
+    let outputs = Outputs::new(args.force).keeping(mission.read_from());
+    if let Some(path) = &args.record {
+        outputs.check(path, Kind::RECORDING)?;
+    }
     if args.headless {
-        headless(mission, seed, args.record.as_deref(), args.format)
+        let record = args.record.as_deref().map(|path| (path, &outputs));
+        headless(mission, seed, record, args.format)
     } else {
         let options = Options { port: args.port, speed_ratio: args.speed };
-        in_studio(mission, seed, options, args.record.clone())
+        let record = args.record.clone().map(|path| Recordings::new(path, outputs));
+        in_studio(mission, seed, options, record)
     }
 }
 
 fn headless(
     mission: Mission,
     seed: RunSeed,
-    record: Option<&Path>,
+    record: Option<(&Path, &Outputs)>,
     format: Format,
 ) -> anyhow::Result<ExitCode> {
     let bar = progress(&mission);
     let mut pace = mission.has_real_robot().then(Instant::now);
     let mut run = Run::new(mission, seed)?;
-    let mut recorder = record.map(|path| Recorder::create(path, &run)).transpose()?;
+    let begin = |(path, outputs)| Recorder::create(path, &run, outputs);
+    let mut recorder = record.map(begin).transpose()?;
+    for left in recorder.iter().flat_map(Recorder::left_behind) {
+        eprintln!(
+            "cairn: {}, left by a run that was killed, is kept; cairn replay shows it",
+            left.display()
+        );
+    }
     while run.finished().is_none() {
         run.step();
         if let Some(next) = &mut pace {
@@ -138,7 +155,7 @@ fn in_studio(
     mission: Mission,
     seed: RunSeed,
     options: Options,
-    record: Option<PathBuf>,
+    record: Option<Recordings>,
 ) -> anyhow::Result<ExitCode> {
     let title = mission.title().to_owned();
     let show = Show::Mission { mission: Box::new(mission), seed, record };
@@ -146,8 +163,8 @@ fn in_studio(
         say!("{title} (seed {})", seed.0);
         say!("The studio is at http://{address} — open it in a browser; Ctrl-C ends it.");
     })
-    .map(|recording| {
-        if let Some(path) = recording {
+    .map(|recordings| {
+        for path in recordings {
             say!("Recorded in {}", path.display());
         }
         ExitCode::SUCCESS

@@ -25,9 +25,32 @@ fn an_error_removes_the_outdated_image() {
     place.write("lamp.src", RIGHT);
     place.cairn("rdpl lamp.src").fine();
     place.write("lamp.src", WRONG);
-    place.cairn("rdpl lamp.src").refused(1, &["R2001", "lamp.src:2:7", "did you mean `I0`?"]);
+    let image = fs::read(place.path("lamp.bin")).unwrap();
+    place.cairn("rdpl lamp.src").refused(2, &["lamp.bin", "exists already", "--force"]);
+    assert_eq!(fs::read(place.path("lamp.bin")).unwrap(), image);
+    let forced = place.cairn("rdpl lamp.src --force");
+    forced.refused(1, &["R2001", "lamp.src:2:7", "did you mean `I0`?"]);
     assert!(!place.path("lamp.bin").exists(), "an image of the version before is left");
     assert!(place.path("lamp.lst").exists(), "the listing shows the errors");
+}
+
+#[test]
+fn the_results_of_another_program_stay() {
+    let place = Place::new();
+    place.write("lamp.src", RIGHT);
+    place.write("lamp.toml", WRONG);
+    place.cairn("rdpl lamp.src").fine();
+    let all = || (fs::read(place.path("lamp.bin")).unwrap(), place.read("lamp.lst"));
+    let before = all();
+    place.cairn("rdpl lamp.toml").refused(2, &["lamp.bin", "exists already"]);
+    place.cairn("rdpl lamp.toml --force").refused(2, &["lamp.src", "another program", "-o"]);
+    assert_eq!(all(), before);
+    // Without its listing nobody knows whose it is: an error does not remove it.
+    fs::remove_file(place.path("lamp.lst")).unwrap();
+    let forced = place.cairn("rdpl lamp.toml --force");
+    forced.refused(1, &["lamp.bin is not of this source", "left as it was"]);
+    assert_eq!(all().0, before.0);
+    place.cairn("rdpl lamp.src --force").refused(2, &["lamp.toml", "another program"]);
 }
 
 #[test]
@@ -69,7 +92,9 @@ fn files_that_cannot_be_used_are_named() {
     let place = Place::new();
     place.cairn("rdpl absent").refused(2, &["cannot read the program absent.src"]);
     place.write("lamp.src", RIGHT);
-    place.cairn("rdpl lamp.src --output no/such").refused(2, &["no/such/lamp", "cannot write"]);
+    place
+        .cairn("rdpl lamp.src --output no/such")
+        .refused(2, &["no/such/lamp", "cannot be written"]);
 }
 
 #[test]

@@ -59,8 +59,8 @@ fn what_cannot_be_run_is_refused_with_2() {
     place.write("broken.toml", "[mission]\nname = \"x\"\nfoo = 1\n");
     run("broken.toml --headless").refused(2, &["broken.toml", "line 3", "foo", "duration_max_s"]);
     let folder = run(". --headless");
-    folder.refused(2, &["directory"]);
-    assert_eq!(folder.err.matches("directory").count(), 1, "said twice: {}", folder.err);
+    folder.refused(2, &["it is a folder"]);
+    assert_eq!(folder.err.matches("folder").count(), 1, "said twice: {}", folder.err);
 }
 
 #[test]

@@ -11,6 +11,7 @@ pub(crate) mod plan;
 mod shipped;
 
 use std::{
+    cell::RefCell,
     path::{Path, PathBuf},
     time::Duration,
 };
@@ -42,6 +43,8 @@ const TEMPLATE: &str = include_str!("mission/template.toml");
 pub struct Mission {
     file: MissionFile,
     parts: Parts,
+    /// The files that it was read from.
+    read_from: Vec<PathBuf>,
 }
 
 /// The checked tables.
@@ -101,7 +104,14 @@ impl Mission {
         }
         let text = read_file(path)?;
         let folder = path.parent().map(PathBuf::from).unwrap_or_default();
-        Self::build(name_or_path, &text, overrides, &|file| read_file(&folder.join(file)))
+        let read_from = RefCell::new(vec![path.to_owned()]);
+        let read = |file: &str| {
+            read_from.borrow_mut().push(folder.join(file));
+            read_file(&folder.join(file))
+        };
+        let mut mission = Self::build(name_or_path, &text, overrides, &read)?;
+        mission.read_from = read_from.take();
+        Ok(mission)
     }
 
     /// Checks a mission given as text; files that it names are looked for among the shipped ones.
@@ -154,6 +164,12 @@ impl Mission {
     /// A mission file with every key, its default and a sentence on it.
     pub fn template() -> &'static str {
         TEMPLATE
+    }
+
+    /// The files that it was read from: its own and those that it names; none for a shipped mission. What is
+    /// written must not replace them.
+    pub fn read_from(&self) -> &[PathBuf] {
+        &self.read_from
     }
 
     /// Short name.
@@ -213,7 +229,7 @@ impl Mission {
     }
 
     pub(crate) fn from_parts(file: MissionFile, parts: Parts) -> Self {
-        Self { file, parts }
+        Self { file, parts, read_from: Vec::new() }
     }
 
     pub(crate) fn parts(&self) -> &Parts {
@@ -286,8 +302,7 @@ fn inline(
 }
 
 fn read_file(path: &Path) -> Result<String, MissionError> {
-    std::fs::read_to_string(path)
-        .map_err(|source| MissionError::Read { path: path.to_owned(), source })
+    Ok(files::read_text(path, "the mission")?)
 }
 
 fn read_shipped(name: &str) -> Result<String, MissionError> {

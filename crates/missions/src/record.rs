@@ -17,11 +17,12 @@
 
 use std::{
     collections::BTreeMap,
-    fs::{self, File},
+    fs::File,
     io::BufWriter,
     path::{Path, PathBuf},
 };
 
+use files::{Kind, Live, Outputs, Refusal};
 use mcap::{WriteOptions, Writer, records::MessageHeader};
 use recordings::cairn_mcap::{
     RIG_ENCODING, SCAN_ENCODING, encode_rig, encode_scan, rig_topic, scan_topic,
@@ -73,6 +74,9 @@ pub(crate) struct EndRecord {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordError {
+    /// The file may not be written.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
     /// The file system refuses.
     #[error("{}: cannot be written: {source}", path.display())]
     Io {
@@ -99,7 +103,7 @@ pub enum RecordError {
 /// let mission = Mission::load("doorbell", &[])?;
 /// let seed = mission.seed();
 /// let mut run = Run::new(mission, seed)?;
-/// let mut recorder = Recorder::create("doorbell.mcap".as_ref(), &run)?;
+/// let mut recorder = Recorder::create("doorbell.mcap".as_ref(), &run, &files::Outputs::new(false))?;
 /// while run.finished().is_none() {
 ///     run.step();
 ///     let log = run.drain_log();
@@ -110,8 +114,7 @@ pub enum RecordError {
 /// # }
 /// ```
 pub struct Recorder {
-    path: PathBuf,
-    part: PathBuf,
+    live: Live,
     writer: Writer<BufWriter<File>>,
     channels: [u16; 6],
     /// One for each robot.
@@ -123,23 +126,22 @@ pub struct Recorder {
 
 impl std::fmt::Debug for Recorder {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Recorder").field("path", &self.path).finish_non_exhaustive()
+        f.debug_struct("Recorder").field("path", &self.live.path()).finish_non_exhaustive()
     }
 }
 
 impl Recorder {
-    /// Begins a recording of a run that has not been stepped yet.
+    /// Begins a recording of a run that has not been stepped yet, at a path that `outputs` allow.
     ///
     /// # Errors
     ///
-    /// [`RecordError`] when the file cannot be written.
-    pub fn create(path: &Path, run: &Run) -> Result<Self, RecordError> {
-        let mut name = path.file_name().map(std::ffi::OsStr::to_owned).unwrap_or_default();
-        name.push(".part");
-        let part = path.with_file_name(name);
+    /// [`RecordError`] when the file may not or cannot be written.
+    pub fn create(path: &Path, run: &Run, outputs: &Outputs) -> Result<Self, RecordError> {
+        let mut live = outputs.begin(path, Kind::RECORDING)?;
+        let part = live.part().to_owned();
         let io = |source| RecordError::Io { path: part.clone(), source };
         let refuse = |source| RecordError::Mcap { path: part.clone(), source };
-        let file = BufWriter::new(File::create(&part).map_err(io)?);
+        let file = BufWriter::new(live.file().try_clone().map_err(io)?);
         let options = WriteOptions::new()
             .compression(None)
             .profile("cairn")
@@ -151,10 +153,8 @@ impl Recorder {
             let encoding = if topic == HASH { "cairn.hash.v1" } else { "json" };
             *id = writer.add_channel(0, topic, encoding, &BTreeMap::new()).map_err(refuse)?;
         }
-        let path = path.to_owned();
         let mut recorder = Self {
-            path,
-            part,
+            live,
             writer,
             channels,
             scan_channels: Vec::with_capacity(run.mission().n_robots()),
@@ -171,6 +171,21 @@ impl Recorder {
         recorder.write_json(HEAD, run, &json!(head))?;
         recorder.write_rigs(run)?;
         Ok(recorder)
+    }
+
+    /// The name that the recording will have.
+    pub fn path(&self) -> &Path {
+        self.live.path()
+    }
+
+    /// The name that it has until it is finished, and keeps when the program is killed.
+    pub fn part(&self) -> &Path {
+        self.live.part()
+    }
+
+    /// What programs that were killed left beside it; it is kept as it is.
+    pub fn left_behind(&self) -> &[PathBuf] {
+        self.live.left_behind()
     }
 
     /// Writes what the last step brought; call it after every [`Run::step`], with the log entries
@@ -212,18 +227,17 @@ impl Recorder {
             text: verdict.map_or_else(|| "not finished".to_owned(), |v| v.text.clone()),
         };
         self.write_json(END, run, &json!(end))?;
-        let refuse = |source| RecordError::Mcap { path: self.part.clone(), source };
+        let part = self.live.part().to_owned();
+        let refuse = |source| RecordError::Mcap { path: part.clone(), source };
         self.writer.finish().map_err(refuse)?;
-        let io = |source| RecordError::Io { path: self.path.clone(), source };
-        let file = self.writer.into_inner().into_inner().map_err(|e| io(e.into_error()))?;
-        file.sync_all().map_err(io)?;
-        fs::rename(&self.part, &self.path).map_err(io)?;
-        Ok(self.path)
+        let io = |source| RecordError::Io { path: part.clone(), source };
+        drop(self.writer.into_inner().into_inner().map_err(|e| io(e.into_error()))?);
+        Ok(self.live.finish()?)
     }
 
     /// Each robot's rig, and a channel for its scans.
     fn write_rigs(&mut self, run: &Run) -> Result<(), RecordError> {
-        let part = self.part.clone();
+        let part = self.live.part().to_owned();
         let refuse = |source| RecordError::Mcap { path: part.clone(), source };
         let now = run.now();
         for plan in &run.mission().parts().robots {
@@ -284,7 +298,7 @@ impl Recorder {
             log_time: now.as_nanos(),
             publish_time: about.as_nanos(),
         };
-        let refuse = |source| RecordError::Mcap { path: self.part.clone(), source };
+        let refuse = |source| RecordError::Mcap { path: self.live.part().to_owned(), source };
         self.writer.write_to_known_channel(&header, data).map_err(refuse)
     }
 }

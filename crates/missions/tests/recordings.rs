@@ -11,7 +11,7 @@ use run_context::RunSeed;
 fn record(path: &Path, steps: u64) -> u64 {
     let mission = Mission::load("one-obstacle", &[]).unwrap();
     let mut run = Run::new(mission, RunSeed(2)).unwrap();
-    let mut recorder = Recorder::create(path, &run).unwrap();
+    let mut recorder = Recorder::create(path, &run, &files::Outputs::new(false)).unwrap();
     for step in 0..steps {
         if step == 300 {
             let at = Vec2::new(2.0, 0.9);
@@ -92,7 +92,7 @@ fn a_run_that_dies_leaves_a_part_that_replays() {
     let path = folder.path().join("run.mcap");
     let mission = Mission::load("one-obstacle", &[]).unwrap();
     let mut run = Run::new(mission, RunSeed(2)).unwrap();
-    let mut recorder = Recorder::create(&path, &run).unwrap();
+    let mut recorder = Recorder::create(&path, &run, &files::Outputs::new(false)).unwrap();
     for _ in 0..500 {
         run.step();
         recorder.record(&run, &[]).unwrap();

@@ -226,7 +226,7 @@ fn a_recorded_run_is_read_back_as_it_was_sensed_and_replays() {
     let path = folder.path().join("e4.mcap");
     let mission = load("artemic-e4", &["mission.duration_max_s=40"]);
     let mut run = Run::new(mission.clone(), RunSeed(2)).unwrap();
-    let mut recorder = Recorder::create(&path, &run).unwrap();
+    let mut recorder = Recorder::create(&path, &run, &files::Outputs::new(false)).unwrap();
     while run.finished().is_none() {
         run.step();
         let log = run.drain_log();

@@ -35,7 +35,7 @@ use tokio::net::TcpListener;
 
 pub use mapping::Exhibit;
 pub use protocol::MissionName;
-pub use session::Show;
+pub use session::{Recordings, Show};
 
 /// The first port tried when none is asked for.
 pub const PORT_FIRST: u16 = 7878;
@@ -52,16 +52,18 @@ pub struct Options {
 }
 
 /// Serves `show` until the program is interrupted (Ctrl-C, or a request to terminate); calls `on_ready`
-/// with the address once the page can be opened. Gives back the path of the recording, if one was completed.
+/// with the address once the page can be opened. Gives back the paths of what
+/// was recorded, one for each restart.
 ///
 /// # Errors
 ///
-/// When no port is free, the show cannot be started or recorded, or the runtime cannot be made.
+/// When no port is free, the show cannot be started, a recording could not be written to its end, or the runtime
+/// cannot be made.
 pub fn serve(
     show: Show,
     options: Options,
     on_ready: impl FnOnce(SocketAddr),
-) -> anyhow::Result<Option<PathBuf>> {
+) -> anyhow::Result<Vec<PathBuf>> {
     serve_until(show, options, on_ready, interrupted())
 }
 
@@ -75,7 +77,7 @@ pub fn serve_until(
     options: Options,
     on_ready: impl FnOnce(SocketAddr),
     stop: impl Future<Output = ()>,
-) -> anyhow::Result<Option<PathBuf>> {
+) -> anyhow::Result<Vec<PathBuf>> {
     let house = House::open(options.port)?;
     let missions = Arc::new(shipped_missions());
     let (runner, remote) =
@@ -137,14 +139,14 @@ impl House {
     }
 
     /// Serves the pages, with what they show stepped on threads of its own, until `stop` is ready. Gives back the
-    /// path of the mission's recording, if one was completed.
+    /// paths of what was recorded.
     fn serve(
         self,
         mission: Option<(Runner, server::MissionPage)>,
         (mapping, player): (Mapping, Player),
         on_ready: impl FnOnce(SocketAddr),
         stop: impl Future<Output = ()>,
-    ) -> anyhow::Result<Option<PathBuf>> {
+    ) -> anyhow::Result<Vec<PathBuf>> {
         let Self { runtime, listener, address } = self;
         let stopping = Arc::new(AtomicBool::new(false));
         let (runner, page) = mission.unzip();
@@ -165,7 +167,7 @@ impl House {
         stopping.store(true, Ordering::Relaxed);
         // Nor is a recording that is being read.
         runtime.shutdown_background();
-        let recorded = stepping.map_or(Ok(Ok(None)), JoinHandle::join);
+        let recorded = stepping.map_or(Ok(Ok(Vec::new())), JoinHandle::join);
         let recorded =
             recorded.map_err(|_panic| anyhow::anyhow!("the run ended by a fault of its own"))?;
         served?;

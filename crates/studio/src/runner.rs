@@ -10,7 +10,7 @@ use std::{
 };
 
 use geometry::{Se2, Vec2};
-use missions::{Intervention, LogItem as RunLog, Mission, Scene};
+use missions::{Intervention, LogItem as RunLog, LogLevel, Mission, Scene};
 use run_context::RunSeed;
 use serde::Serialize;
 use tokio::sync::{broadcast, oneshot, watch};
@@ -98,8 +98,10 @@ pub(crate) struct Runner {
     edges: Edges,
     /// Restarts so far.
     run_number: u64,
-    /// The recording that a restart completed.
-    recorded: Option<PathBuf>,
+    /// The recordings that restarts completed.
+    recorded: Vec<PathBuf>,
+    /// What went wrong with a recording, the first time.
+    recording_failed: Option<String>,
     /// What the run said since the last frame.
     said: Vec<RunLog>,
     log: Vec<LogItem>,
@@ -118,11 +120,11 @@ pub(crate) struct Runner {
 impl Runner {
     /// Makes a runner and the remote that steers it.
     pub(crate) fn new(
-        show: Show,
+        mut show: Show,
         missions: Arc<Vec<MissionName>>,
         speed_ratio: f64,
     ) -> Result<(Self, Remote), String> {
-        let session = Session::start(&show)?;
+        let session = Session::start(&mut show)?;
         // A real robot's time cannot be hurried or slowed.
         let speed_ratio = if session.run().mission().has_real_robot() {
             1.0
@@ -148,7 +150,8 @@ impl Runner {
             scene: Scene::default(),
             edges: Edges::default(),
             run_number: 0,
-            recorded: None,
+            recorded: Vec::new(),
+            recording_failed: None,
             said: Vec::new(),
             log: Vec::new(),
             playing: true,
@@ -164,9 +167,9 @@ impl Runner {
         Ok((runner, remote))
     }
 
-    /// Steps and publishes until every remote is gone or `stop` says so. Gives the path of the
-    /// recording, if one was completed.
-    pub(crate) fn drive(mut self, stop: impl Fn() -> bool) -> Result<Option<PathBuf>, String> {
+    /// Steps and publishes until every remote is gone or `stop` says so. Gives the paths of the recordings; an
+    /// error when one could not be written to its end.
+    pub(crate) fn drive(mut self, stop: impl Fn() -> bool) -> Result<Vec<PathBuf>, String> {
         let mut frame_begins = Instant::now();
         self.publish();
         for frame in 0_u64.. {
@@ -190,7 +193,8 @@ impl Runner {
                 break;
             }
         }
-        Ok(self.session.finish()?.or(self.recorded))
+        self.recorded.extend(self.session.finish()?);
+        self.recording_failed.map_or(Ok(self.recorded), Err)
     }
 
     fn frames_per_state(&self) -> u64 {
@@ -255,7 +259,7 @@ impl Runner {
         let more = match self.session.step(&mut self.said) {
             Ok(more) => more,
             Err(text) => {
-                self.tell(&Refusal { text });
+                self.recording_fails(text);
                 true
             }
         };
@@ -267,6 +271,14 @@ impl Runner {
             self.steps_due = 0.0;
         }
         more && !verdict_falls
+    }
+
+    /// A recording that cannot go on: said on the page at once, and in the exit code at the end.
+    fn recording_fails(&mut self, text: String) {
+        self.tell(&Refusal { text: text.clone() });
+        let step = self.session.run().steps();
+        self.said.push(RunLog { step, level: LogLevel::Bad, text: text.clone() });
+        self.recording_failed.get_or_insert(text);
     }
 
     /// What was achieved before says nothing about what comes.
@@ -339,20 +351,18 @@ impl Runner {
             }
             let mission = Mission::load(name, &[]).map_err(|error| error.to_string())?;
             let seed = mission.seed();
-            show = Show::Mission { mission: Box::new(mission), seed, record: None };
+            let record = match show {
+                Show::Mission { record, .. } => record,
+                Show::Replay(_) => None,
+            };
+            show = Show::Mission { mission: Box::new(mission), seed, record };
         }
-        if let Show::Mission { seed: present, record, .. } = &mut show {
+        if let Show::Mission { seed: present, .. } = &mut show {
             *present = seed.map_or(*present, RunSeed);
-            // The recording belongs to the first run; it is completed below.
-            *record = None;
         }
-        let ended = std::mem::replace(&mut self.session, Session::start(&show)?);
+        let ended = std::mem::replace(&mut self.session, Session::start(&mut show)?);
         let recorded = ended.finish();
         self.run_number += 1;
-        match recorded {
-            Ok(path) => self.recorded = path.or(self.recorded.take()),
-            Err(text) => self.tell(&Refusal { text }),
-        }
         self.show = show;
         self.said.clear();
         self.log.clear();
@@ -361,6 +371,10 @@ impl Runner {
         self.playing = true;
         self.pace_afresh();
         self.greet();
+        match recorded {
+            Ok(path) => self.recorded.extend(path),
+            Err(text) => self.recording_fails(text),
+        }
         Ok(())
     }
 
@@ -385,6 +399,9 @@ impl Runner {
         let hello = convert::hello(run, info, &self.missions, &self.scene);
         self.outlets.hello.send_replace(self.told(&hello));
         self.outlets.log.send_replace(self.told(&Log { items: Vec::new() }));
+        let step = self.session.run().steps();
+        let notes = self.session.notes().into_iter();
+        self.said.extend(notes.map(|(level, text)| RunLog { step, level, text }));
     }
 
     fn publish(&mut self) {

@@ -2,8 +2,12 @@
 
 use std::path::PathBuf;
 
-use missions::{Intervention, LogItem, Mission, Recorder, Replay, Run};
+use files::{Outputs, Refusal};
+use missions::{Intervention, LogItem, LogLevel, Mission, RecordError, Recorder, Replay, Run};
 use run_context::RunSeed;
+
+/// Names that are tried for the recording of a restart.
+const NUMBER_MAX: u64 = 100_000;
 
 /// What to show.
 #[derive(Clone, Debug)]
@@ -14,11 +18,45 @@ pub enum Show {
         mission: Box<Mission>,
         /// The seed of the run.
         seed: RunSeed,
-        /// Where to record it; a restart ends the recording.
-        record: Option<PathBuf>,
+        /// Where to record it; each restart is recorded in a file of its own.
+        record: Option<Recordings>,
     },
     /// A recording, run again.
     Replay(PathBuf),
+}
+
+/// Where the runs of a studio are recorded: `out.mcap`, then `out-2.mcap`, `out-3.mcap` after restarts.
+#[derive(Clone, Debug)]
+pub struct Recordings {
+    path: PathBuf,
+    outputs: Outputs,
+    n_begun: u64,
+}
+
+impl Recordings {
+    /// The first is called `path`; `outputs` say whether it may replace what is there. Later ones replace nothing:
+    /// names that are taken are left out.
+    pub fn new(path: PathBuf, outputs: Outputs) -> Self {
+        Self { path, outputs, n_begun: 0 }
+    }
+
+    /// Begins the next.
+    fn begin(&mut self, run: &Run) -> Result<Recorder, RecordError> {
+        if self.n_begun == 0 {
+            let recorder = Recorder::create(&self.path, run, &self.outputs)?;
+            self.n_begun = 1;
+            return Ok(recorder);
+        }
+        let outputs = self.outputs.clone().never_replacing();
+        loop {
+            self.n_begun += 1;
+            match Recorder::create(&files::numbered(&self.path, self.n_begun), run, &outputs) {
+                Err(RecordError::Refused(Refusal::Exists { .. } | Refusal::Held { .. }))
+                    if self.n_begun < NUMBER_MAX => {}
+                done => return done,
+            }
+        }
+    }
 }
 
 impl Show {
@@ -35,11 +73,11 @@ pub(crate) enum Session {
 }
 
 impl Session {
-    pub(crate) fn start(show: &Show) -> Result<Self, String> {
+    pub(crate) fn start(show: &mut Show) -> Result<Self, String> {
         match show {
             Show::Mission { mission, seed, record } => {
                 let run = Run::new(Mission::clone(mission), *seed).map_err(|e| e.to_string())?;
-                let recorder = record.as_deref().map(|path| Recorder::create(path, &run));
+                let recorder = record.as_mut().map(|recordings| recordings.begin(&run));
                 let recorder = recorder.transpose().map_err(|e| e.to_string())?.map(Box::new);
                 Ok(Self::Live { run: Box::new(run), recorder })
             }
@@ -47,6 +85,23 @@ impl Session {
                 let replay = Replay::open(path).map_err(|e| e.to_string())?;
                 Ok(Self::Replay(Box::new(replay)))
             }
+        }
+    }
+
+    /// What a person should know at the beginning, a sentence each.
+    pub(crate) fn notes(&self) -> Vec<(LogLevel, String)> {
+        match self {
+            Self::Live { recorder: Some(recorder), .. } => {
+                let (path, part) = (recorder.path().display(), recorder.part().display());
+                let text = format!("This run is recorded in {path} ({part} until it ends).");
+                let left = recorder.left_behind().iter().map(|left| {
+                    let text =
+                        format!("{}, left by a program that was killed, is kept.", left.display());
+                    (LogLevel::Warn, text)
+                });
+                std::iter::once((LogLevel::Info, text)).chain(left).collect()
+            }
+            _ => Vec::new(),
         }
     }
 

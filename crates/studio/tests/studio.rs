@@ -297,24 +297,36 @@ fn a_recording_is_completed_when_the_studio_ends() {
     page.send(&json!({"type": "press", "device": "bell"}));
     page.state(|s| !s["verdict"].is_null());
     let address = studio.address;
-    assert_eq!(studio.stop(), Some(path.clone()));
+    assert_eq!(studio.stop(), std::slice::from_ref(&path));
     assert!(std::net::TcpStream::connect(address).is_err(), "the port is free again");
     let report = missions::Replay::open(&path).unwrap().run_to_end();
     assert!(report.is_identical() && report.truncation.is_none(), "{report:?}");
 }
 
 #[test]
-fn a_recording_ends_with_its_run_and_a_restart_keeps_it() {
+fn a_restart_goes_on_recording_under_a_name_of_its_own() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("first.mcap");
-    let studio = Studio::start(live("decision-rig", Some(path.clone())), 20.0);
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("run-2.mcap"), "somebody else's").unwrap();
+    let studio = Studio::start(live("decision-rig", Some(at("run.mcap"))), 20.0);
     let mut page = studio.page();
-    let first = page.until("hello", |_| true);
-    page.state(|s| step_of(s) > 100);
-    page.send(&json!({"type": "restart", "seed": null, "mission": null}));
-    page.until("hello", |h| h["run"] != first["run"]);
+    let mut run = page.until("hello", |_| true)["run"].clone();
+    for mission in [serde_json::Value::Null, json!("one-obstacle")] {
+        page.state(|s| step_of(s) > 100);
+        page.send(&json!({"type": "restart", "seed": null, "mission": mission}));
+        run = page.until("hello", |h| h["run"] != run)["run"].clone();
+        let says_where =
+            |log: &serde_json::Value| log.to_string().contains(".mcap.part until it ends");
+        page.until("log", says_where);
+    }
     page.state(|s| step_of(s) > 10);
-    assert_eq!(studio.stop(), Some(path), "the first run's recording");
+    let recorded = [at("run.mcap"), at("run-3.mcap"), at("run-4.mcap")];
+    assert_eq!(studio.stop(), recorded);
+    for path in recorded {
+        let report = missions::Replay::open(&path).unwrap().run_to_end();
+        assert!(report.is_identical() && report.steps > 0, "{report:?}");
+    }
+    assert_eq!(std::fs::read_to_string(at("run-2.mcap")).unwrap(), "somebody else's");
 }
 
 /// A thousand robots: few and small states.

@@ -7,6 +7,7 @@ use std::{
 };
 
 use figures::FigureError;
+use files::{Batch, Kind, Outputs, Refusal};
 use geometry::Vec2;
 use grid_maps::{
     Cell, MapError,
@@ -20,7 +21,6 @@ use serde_json::{Map, Value, json};
 
 use crate::{
     config::{ConfigError, SurveyConfig},
-    files::{Batch, WriteError},
     outcome::{Figure, Judgement, Known, Outcome},
     page::{ReportInput, method_name, report},
     survey::SurveyError,
@@ -38,9 +38,9 @@ const FORMAT: u32 = 1;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FolderError {
-    /// The file system refuses.
+    /// A file is not written.
     #[error(transparent)]
-    Write(#[from] WriteError),
+    Write(#[from] Refusal),
     /// The map cannot be drawn.
     #[error("the map cannot be drawn: {0}")]
     Map(#[from] MapError),
@@ -134,6 +134,47 @@ pub struct SurveyState {
     pub poses: String,
 }
 
+/// Whether the results of a survey may go into `folder`; to be asked before it begins.
+///
+/// # Errors
+///
+/// [`Refusal`] of the first file that stands in the way.
+pub fn check_results(folder: &Path, outputs: &Outputs) -> Result<(), Refusal> {
+    outputs.check_folder(folder, &NAMES)?;
+    // Whatever else is in a folder of that name, a checkpoint would be written over it.
+    let checkpoint = folder.join(CHECKPOINT);
+    let Ok(entries) = fs::read_dir(&checkpoint) else {
+        return match fs::symlink_metadata(&checkpoint) {
+            Ok(_) => Outputs::new(true).check_folder(&checkpoint, &[]),
+            Err(_) => Ok(()),
+        };
+    };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let path = entry.path();
+        match kind_in_checkpoint(&name.to_string_lossy()) {
+            None => return Err(Refusal::Foreign { path, kind: "part of a checkpoint" }),
+            Some(_) if !outputs.replaces() => return Err(Refusal::Exists { path }),
+            Some(kind) => outputs.check(&path, kind)?,
+        }
+    }
+    Ok(())
+}
+
+/// What a file in a checkpoint is by its name, or by the name that it had not yet when its program was killed.
+fn kind_in_checkpoint(name: &str) -> Option<Kind> {
+    let whole = |known: &str| {
+        let rest = name.strip_prefix(known);
+        rest.is_some_and(|rest| {
+            rest.is_empty()
+                || (rest.starts_with('.')
+                    && Path::new(rest).extension().is_some_and(|e| e == "part"))
+        })
+    };
+    let names = NAMES.iter().chain(&[(STATE, Kind::JSON)]);
+    names.into_iter().find(|(known, _)| whole(known)).map(|(_, kind)| *kind)
+}
+
 /// Writes all results into `folder`, beside their names first, and renames them at the end.
 ///
 /// # Errors
@@ -143,8 +184,9 @@ pub fn write_results(
     folder: &Path,
     input: &FolderInput<'_>,
     outcome: &Outcome,
+    outputs: &Outputs,
 ) -> Result<Written, FolderError> {
-    write(folder, input, outcome, None)
+    write(folder, input, outcome, None, outputs)
 }
 
 /// Writes the results so far into the checkpoint of `folder`, with what is needed to go on.
@@ -165,18 +207,24 @@ pub fn write_checkpoint(
         poses: pose_hash(outcome),
     };
     let state = json!(state).to_string();
-    write(&folder.join(CHECKPOINT), input, outcome, Some(state.as_bytes())).map(|_written| ())
+    files::make_folder(folder)?;
+    // The checkpoint before this one is our own; that nothing else is there was seen before the survey began.
+    let outputs = Outputs::new(true);
+    let folder = folder.join(CHECKPOINT);
+    write(&folder, input, outcome, Some(state.as_bytes()), &outputs).map(|_written| ())
 }
 
 /// Removes the checkpoint of `folder`, if there is one: the files that a checkpoint has, and the folder if it is empty
 /// then.
 pub fn remove_checkpoint(folder: &Path) {
     let checkpoint = folder.join(CHECKPOINT);
-    for name in NAMES.iter().chain(&[STATE]) {
-        let _absent = fs::remove_file(checkpoint.join(name));
-        let _whole = fs::remove_file(checkpoint.join(format!("{name}.part")));
+    let Ok(entries) = fs::read_dir(&checkpoint) else { return };
+    for entry in entries.flatten() {
+        if kind_in_checkpoint(&entry.file_name().to_string_lossy()).is_some() {
+            let _stays = fs::remove_file(entry.path());
+        }
     }
-    let _absent_or_used = fs::remove_dir(checkpoint);
+    let _used = fs::remove_dir(checkpoint);
 }
 
 /// The state and settings of the unfinished survey in `folder`.
@@ -246,15 +294,15 @@ fn pose_hash(outcome: &Outcome) -> String {
 }
 
 /// Everything that results consist of.
-const NAMES: [&str; 8] = [
-    "map.pgm",
-    "map.yaml",
-    "map.png",
-    "trajectory.tum",
-    "graph.g2o",
-    "report.html",
-    SETTINGS,
-    SUMMARY,
+const NAMES: [(&str, Kind); 8] = [
+    ("map.pgm", Kind::PGM),
+    ("map.yaml", Kind::MAP_YAML),
+    ("map.png", Kind::PNG),
+    ("trajectory.tum", Kind::TRAJECTORY),
+    ("graph.g2o", Kind::GRAPH),
+    ("report.html", Kind::HTML),
+    (SETTINGS, Kind::SETTINGS),
+    (SUMMARY, Kind::JSON),
 ];
 
 fn write(
@@ -262,6 +310,7 @@ fn write(
     input: &FolderInput<'_>,
     outcome: &Outcome,
     state: Option<&[u8]>,
+    outputs: &Outputs,
 ) -> Result<Written, FolderError> {
     let window = outcome.map.window()?;
     let lattice = outcome.map.lattice();
@@ -288,7 +337,7 @@ fn write(
         corners,
     })?;
     let summary = summary(input, outcome, &figures);
-    let mut files: Vec<(&str, Vec<u8>)> = vec![
+    let mut contents: Vec<(&str, Vec<u8>)> = vec![
         ("map.pgm", write_pgm(&image)),
         ("map.yaml", yaml.to_text().into_bytes()),
         ("map.png", picture),
@@ -298,19 +347,20 @@ fn write(
     ];
     if let Some((graph, _)) = &outcome.graph {
         let ids = g2o::Ids::consecutive(graph.poses().len());
-        files.push(("graph.g2o", g2o::write(graph, &ids).into_bytes()));
+        contents.push(("graph.g2o", g2o::write(graph, &ids).into_bytes()));
     }
     if let Some(state) = state {
-        files.push((STATE, state.to_vec()));
+        contents.push((STATE, state.to_vec()));
     }
     // The summary takes its name last: where it is, everything is.
-    files.push((SUMMARY, format!("{summary:#}\n").into_bytes()));
-    let mut batch = Batch::new(folder)?;
-    for (name, bytes) in &files {
-        batch.put(name, bytes)?;
+    contents.push((SUMMARY, format!("{summary:#}\n").into_bytes()));
+    let mut batch = Batch::new(folder, outputs)?;
+    for (name, bytes) in &contents {
+        let kind = kind_in_checkpoint(name).unwrap_or(Kind::JSON);
+        batch.put(name, kind, bytes)?;
     }
     batch.commit()?;
-    let names = files.iter().map(|(name, _)| (*name).to_owned()).collect();
+    let names = contents.iter().map(|(name, _)| (*name).to_owned()).collect();
     Ok(Written { judgement, figures, summary, names })
 }
 

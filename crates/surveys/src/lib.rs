@@ -7,7 +7,6 @@
 mod clock;
 pub mod config;
 mod drawing;
-mod files;
 mod folder;
 mod known;
 mod laser;
@@ -22,10 +21,10 @@ pub mod testing;
 pub use clock::{Clock, Spent, Stages};
 pub use config::{ConfigError, Key, KeyKind, MapSettings, Method, Mode, SurveyConfig};
 pub use drawing::SurveyMap;
-pub use files::{Batch, WriteError};
 pub use folder::{
     CHECKPOINT, FolderError, FolderInput, ResumeError, SUMMARY, SurveyState, Written,
-    read_checkpoint, recording_hash, remove_checkpoint, write_checkpoint, write_results,
+    check_results, read_checkpoint, recording_hash, remove_checkpoint, write_checkpoint,
+    write_results,
 };
 pub use known::{RelationsFile, TruthFile, read_known_relations, read_truth};
 pub use outcome::{Figure, Judgement, Known, Outcome};

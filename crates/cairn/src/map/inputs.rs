@@ -1,7 +1,6 @@
 //! What `cairn map` is given: files, settings, values.
 
 use std::{
-    fs,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -85,8 +84,7 @@ impl Inputs {
     pub(super) fn prior(args: &Args, config: &SurveyConfig) -> anyhow::Result<Option<SurveyPrior>> {
         let Some(path) = &args.prior else { return Ok(None) };
         let name = path.display();
-        let text = String::from_utf8(file(path, "the known map")?)
-            .with_context(|| format!("{name}: is not text; give the map's YAML file"))?;
+        let text = files::read_text(path, "the known map (YAML)")?;
         let yaml = MapYaml::parse(&text).with_context(|| name.to_string())?;
         let image_path = path.parent().unwrap_or(Path::new("")).join(&yaml.image);
         let bytes = file(&image_path, "the known map's picture")?;
@@ -111,8 +109,7 @@ impl Inputs {
 pub(super) fn config(args: &Args) -> anyhow::Result<SurveyConfig> {
     let (origin, text) = match &args.config {
         Some(path) => {
-            let text = fs::read_to_string(path)
-                .with_context(|| format!("cannot read the settings {}", path.display()))?;
+            let text = files::read_text(path, "the settings")?;
             (path.display().to_string(), text)
         }
         None => ("the settings".to_owned(), String::new()),
@@ -143,7 +140,14 @@ pub(super) fn default_folder(log: &Path) -> PathBuf {
 }
 
 fn file(path: &Path, what: &str) -> anyhow::Result<Vec<u8>> {
-    fs::read(path).with_context(|| format!("cannot read {what} {}", path.display()))
+    Ok(crate::input::read(path, what)?)
+}
+
+/// The picture that the known map names, which is an input too; `None` when that cannot be seen yet.
+pub(super) fn prior_picture(args: &Args) -> Option<PathBuf> {
+    let path = args.prior.as_deref()?;
+    let yaml = MapYaml::parse(&files::read_text(path, "the known map").ok()?).ok()?;
+    Some(path.parent().unwrap_or(Path::new("")).join(yaml.image))
 }
 
 fn file_name(path: &Path) -> String {

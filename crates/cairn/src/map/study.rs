@@ -1,13 +1,12 @@
 //! `cairn map --sweep`: many settings on one recording.
 
-use std::{fs, path::Path, process::ExitCode, sync::Arc};
+use std::{path::Path, process::ExitCode, sync::Arc};
 
-use anyhow::Context;
+use files::{Batch, Kind, Outputs, Refusal};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use surveys::{
-    Batch, Setting, Survey, SurveyConfig, SweepOptions, SweepOutcome, SweepPlan, sweep,
-    sweep_report, tune,
+    Setting, Survey, SurveyConfig, SweepOptions, SweepOutcome, SweepPlan, sweep, sweep_report, tune,
 };
 
 use super::{Args, Inputs, clock};
@@ -15,24 +14,37 @@ use crate::output::{self, Format, number, say};
 
 /// Rows of the table that are printed.
 const ROWS_SHOWN: usize = 12;
+/// The best settings, to be given to `--config`.
+const BEST: &str = "best.toml";
+
+/// The names of what a sweep or a search for the best settings writes.
+fn stem(args: &Args) -> &'static str {
+    if args.tune { "tune" } else { "sweep" }
+}
+
+/// Whether the results of the sweep may be written; its journal may be there, to go on from.
+pub(super) fn check(args: &Args, folder: &Path, outputs: &Outputs) -> Result<(), Refusal> {
+    let stem = stem(args);
+    let (table, page) = (format!("{stem}.csv"), format!("{stem}.html"));
+    let names = [(&*table, Kind::CSV), (&page, Kind::HTML), (BEST, Kind::SETTINGS)];
+    outputs.check_folder(folder, &names)
+}
 
 pub(super) fn main(
     args: &Args,
-    inputs: &Inputs,
-    config: &SurveyConfig,
+    (inputs, config): (&Inputs, &SurveyConfig),
     plan_path: &Path,
     folder: &Path,
+    outputs: &Outputs,
 ) -> anyhow::Result<ExitCode> {
-    let text = fs::read_to_string(plan_path)
-        .with_context(|| format!("cannot read the plan {}", plan_path.display()))?;
+    let text = files::read_text(plan_path, "the plan")?;
     let plan = SweepPlan::parse(&plan_path.display().to_string(), &text)?;
     plan.check(config)?;
-    fs::create_dir_all(folder)
-        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-    let journal = folder.join(if args.tune { "tune.jsonl" } else { "sweep.jsonl" });
-    if args.force && journal.exists() {
-        fs::remove_file(&journal)
-            .with_context(|| format!("cannot remove {}", journal.display()))?;
+    files::make_folder(folder)?;
+    let name = stem(args);
+    let journal = folder.join(format!("{name}.jsonl"));
+    if args.force {
+        outputs.remove(&journal, Kind::JSON)?;
     }
     let options = SweepOptions {
         journal,
@@ -55,12 +67,11 @@ pub(super) fn main(
     };
     bar.finish_and_clear();
     let best = config.with(&found.table.rows[found.best].0.overrides())?;
-    let name = if args.tune { "tune" } else { "sweep" };
     let page = sweep_report(&inputs.name, &inputs.source, &plan, &found)?;
-    let mut batch = Batch::new(folder)?;
-    batch.put(&format!("{name}.csv"), found.table.to_csv().as_bytes())?;
-    batch.put(&format!("{name}.html"), page.to_html().as_bytes())?;
-    batch.put("best.toml", best.to_toml().as_bytes())?;
+    let mut batch = Batch::new(folder, outputs)?;
+    batch.put(&format!("{name}.csv"), Kind::CSV, found.table.to_csv().as_bytes())?;
+    batch.put(&format!("{name}.html"), Kind::HTML, page.to_html().as_bytes())?;
+    batch.put(BEST, Kind::SETTINGS, best.to_toml().as_bytes())?;
     batch.commit()?;
     match args.format {
         Format::Text => print_text(inputs, &plan, &found, folder, name),
@@ -133,7 +144,7 @@ fn print_text(inputs: &Inputs, plan: &SweepPlan, found: &SweepOutcome, folder: &
     }
     say!("\nTable: {}", folder.join(format!("{name}.csv")).display());
     say!("Report: {}", folder.join(format!("{name}.html")).display());
-    say!("Best settings: {} (give it to --config)", folder.join("best.toml").display());
+    say!("Best settings: {} (give it to --config)", folder.join(BEST).display());
 }
 
 fn print_json(plan: &SweepPlan, found: &SweepOutcome, folder: &Path, name: &str) {

@@ -18,6 +18,9 @@ pub enum MissionError {
         shipped: String,
     },
     /// A file could not be read.
+    #[error(transparent)]
+    Input(#[from] files::InputError),
+    /// A shipped file could not be read.
     #[error("{}: cannot be read: {source}", path.display())]
     Read {
         /// The file.

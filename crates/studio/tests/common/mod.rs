@@ -29,7 +29,7 @@ const N_MESSAGES_MAX: usize = 50_000;
 pub(crate) struct Studio {
     pub(crate) address: SocketAddr,
     stop: Option<oneshot::Sender<()>>,
-    thread: Option<JoinHandle<anyhow::Result<Option<PathBuf>>>>,
+    thread: Option<JoinHandle<anyhow::Result<Vec<PathBuf>>>>,
 }
 
 impl Studio {
@@ -70,7 +70,7 @@ impl Studio {
     }
 
     /// Ends it as Ctrl-C would; the recording's path.
-    pub(crate) fn stop(mut self) -> Option<PathBuf> {
+    pub(crate) fn stop(mut self) -> Vec<PathBuf> {
         self.stop.take().unwrap().send(()).unwrap();
         self.thread.take().unwrap().join().unwrap().unwrap()
     }
@@ -188,6 +188,7 @@ pub(crate) fn step_of(state: &Value) -> u64 {
 pub(crate) fn live(mission: &str, record: Option<PathBuf>) -> Show {
     let mission = Mission::load(mission, &[]).unwrap();
     let seed = mission.seed();
+    let record = record.map(|path| studio::Recordings::new(path, files::Outputs::new(false)));
     Show::Mission { mission: Box::new(mission), seed, record }
 }
 
@@ -196,7 +197,7 @@ pub(crate) fn record(mission: &str, path: &Path) {
     let mission = Mission::load(mission, &[]).unwrap();
     let seed = mission.seed();
     let mut run = Run::new(mission, seed).unwrap();
-    let mut recorder = Recorder::create(path, &run).unwrap();
+    let mut recorder = Recorder::create(path, &run, &files::Outputs::new(false)).unwrap();
     while run.finished().is_none() {
         run.step();
         let said = run.drain_log();

@@ -10,6 +10,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use files::{Kind, Outputs};
 use serde::{Deserialize, Serialize};
 
 use super::table::Row;
@@ -26,6 +27,9 @@ pub enum JournalError {
         /// Why.
         source: io::Error,
     },
+    /// It may not be written.
+    #[error(transparent)]
+    Refused(#[from] files::Refusal),
     /// It was written for another recording, configuration or plan.
     #[error(
         "{}: belongs to another sweep (another recording, configuration or plan); choose another folder, \
@@ -72,7 +76,14 @@ impl Journal {
             Err(error) if error.kind() == io::ErrorKind::NotFound => String::new(),
             Err(error) => return Err(io(error)),
         };
+        // A link, a folder or a file of another sort is not written on.
+        Outputs::new(true).check(path, Kind::JSON)?;
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
+        let head = Head { cairn_sweep: FORMAT, fingerprint: fingerprint.to_owned() };
+        let begins = serde_json::to_string(&head).map_err(|e| io(e.into()))?;
+        if whole == 0 && !begins.starts_with(&text) {
+            return Err(JournalError::Damaged { path: path.to_owned(), line: 1 });
+        }
         let mut rows = BTreeMap::new();
         for (index, line) in text[..whole].lines().enumerate() {
             let damaged = JournalError::Damaged { path: path.to_owned(), line: index + 1 };
@@ -87,10 +98,10 @@ impl Journal {
             }
         }
         let file = OpenOptions::new().create(true).append(true).open(path).map_err(io)?;
+        files::lock(&file, path)?;
         file.set_len(whole as u64).map_err(io)?;
         let mut journal = Self { path: path.to_owned(), file };
         if whole == 0 {
-            let head = Head { cairn_sweep: FORMAT, fingerprint: fingerprint.to_owned() };
             journal.line(&head)?;
         }
         Ok((journal, rows))
@@ -155,5 +166,21 @@ mod tests {
         let error = Journal::open(&path, "f").unwrap_err().to_string();
         assert!(error.contains("sweep.jsonl:2:"), "{error}");
         assert!(Journal::open(&place.path().join("no/such"), "f").is_err());
+    }
+
+    #[test]
+    fn what_is_no_journal_is_left_as_it_is() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("sweep.jsonl");
+        for foreign in ["notes without an end of line", "{\"mine\": 1}", "a\nb\nc"] {
+            fs::write(&path, foreign).unwrap();
+            assert!(Journal::open(&path, "f").is_err(), "{foreign}");
+            assert_eq!(fs::read_to_string(&path).unwrap(), foreign);
+        }
+        fs::write(&path, "{\"cairn_sw").unwrap();
+        let (held, _) = Journal::open(&path, "f").unwrap();
+        let error = Journal::open(&path, "f").unwrap_err().to_string();
+        assert!(error.contains("is being written by"), "{error}");
+        drop(held);
     }
 }
