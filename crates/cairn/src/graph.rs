@@ -9,6 +9,7 @@ use flate2::read::MultiGzDecoder;
 use least_squares::{Config, Outcome, Report, Start, Workspace, g2o, optimise};
 use serde_json::json;
 
+use crate::given;
 use crate::output::{self, Format, say};
 
 /// Bytes that a compressed graph may unpack to.
@@ -24,7 +25,7 @@ const BYTES_MAX: u64 = files::Limit::LOG.bytes_max();
     reached; 2: the file cannot be used, or nothing can be computed."
 )]
 pub(crate) struct Args {
-    /// The graph
+    /// The graph, or `-` for standard input
     file: PathBuf,
     /// Where the optimised graph goes; it is written whole or not at all
     #[arg(short, long, value_name = "OUT.g2o")]
@@ -83,7 +84,11 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
         outputs.check(path, Kind::GRAPH)?;
     }
     let begun = Instant::now();
-    let bytes = crate::input::read(&args.file, "the graph")?;
+    let bytes = if given::is_stdin(&args.file) {
+        given::stdin(BYTES_MAX)?
+    } else {
+        crate::input::read(&args.file, "the graph")?
+    };
     let (text, cut) = unpacked(bytes).with_context(|| format!("cannot read the graph {name}"))?;
     let (mut graph, ids, damage) = g2o::read(&text).with_context(|| name.to_string())?;
     drop(text);

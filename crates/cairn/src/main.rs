@@ -5,8 +5,11 @@
     reason = "the command line speaks, waits and looks at the clock; the libraries do not"
 )]
 
+mod check;
+mod completions;
 mod config;
 mod explain;
+mod given;
 mod graph;
 mod input;
 mod map;
@@ -23,7 +26,10 @@ mod serve;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{
+    CommandFactory as _, Parser, Subcommand,
+    error::{ContextKind, ContextValue, ErrorKind},
+};
 
 /// A navigation system for small mobile robots: simulates them down to the bytes they speak, steers
 /// them, and shows it all in a browser.
@@ -45,6 +51,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(run::Args),
+    Check(check::Args),
     Replay(replay::Args),
     Missions(missions::Args),
     Robot(robot::Args),
@@ -55,13 +62,18 @@ enum Command {
     Config(config::Args),
     Map(Box<map::Args>),
     Graph(graph::Args),
+    Completions(completions::Args),
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return refused(&error),
+    };
     let outcome = match cli.command {
         None => run::studio_with_doorbell(),
         Some(Command::Run(args)) => run::main(&args),
+        Some(Command::Check(args)) => check::main(&args),
         Some(Command::Replay(args)) => replay::main(&args),
         Some(Command::Missions(args)) => missions::main(&args),
         Some(Command::Robot(args)) => robot::main(&args),
@@ -72,6 +84,7 @@ fn main() -> ExitCode {
         Some(Command::Config(args)) => config::main(&args),
         Some(Command::Map(args)) => map::main(&args),
         Some(Command::Graph(args)) => graph::main(&args),
+        Some(Command::Completions(args)) => Ok(completions::main(&args)),
     };
     match outcome {
         Ok(code) => code,
@@ -80,6 +93,48 @@ fn main() -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// Says what is wrong with a command line; who names a mission or a file where a subcommand belongs is told which one takes
+/// it.
+fn refused(error: &clap::Error) -> ExitCode {
+    let word = match error.get(ContextKind::InvalidSubcommand) {
+        Some(ContextValue::String(word)) if error.kind() == ErrorKind::InvalidSubcommand => word,
+        _ => {
+            // Help and version come this way too; a reader that is gone needs no message.
+            let _nobody_reads = error.print();
+            return ExitCode::from(u8::from(error.use_stderr()) * 2);
+        }
+    };
+    let meant =
+        meant_by(word).map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"));
+    eprintln!("cairn: there is no subcommand `{word}`{meant}\n\n`cairn --help` lists them.");
+    ExitCode::from(2)
+}
+
+/// The command that takes `word`, or the subcommand that it is like.
+fn meant_by(word: &str) -> Option<String> {
+    let ending = std::path::Path::new(word).extension().and_then(|ending| ending.to_str());
+    let takes = match ending {
+        Some("toml") => "run",
+        Some("mcap" | "part") => "replay",
+        Some("rdpl" | "src") => "rdpl",
+        Some("g2o") => "graph",
+        Some("clf" | "log" | "mat" | "gz" | "csv") => "map",
+        _ => "",
+    };
+    if !takes.is_empty() {
+        return Some(format!("cairn {takes} {word}"));
+    }
+    let command = Cli::command();
+    let names: Vec<&str> = command.get_subcommands().map(clap::Command::get_name).collect();
+    let subcommand = || settings::did_you_mean(word, names).map(|name| format!("cairn {name}"));
+    let shipped = ::missions::Mission::shipped();
+    if shipped.contains(&word) {
+        return Some(format!("cairn run {word}"));
+    }
+    subcommand()
+        .or_else(|| settings::did_you_mean(word, shipped).map(|name| format!("cairn run {name}")))
 }
 
 /// An error and its causes on one line, without those that the text before already quotes.
@@ -97,7 +152,6 @@ fn said_once(error: &anyhow::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory as _;
 
     #[test]
     fn a_cause_is_said_once() {

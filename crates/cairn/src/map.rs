@@ -20,7 +20,7 @@ use surveys::{
     CHECKPOINT, Clock, FolderInput, Outcome, SUMMARY, Survey, SurveyConfig, SurveyState, Written,
 };
 
-use crate::output::{Format, say_raw};
+use crate::output::{self, Format, say_raw};
 use inputs::Inputs;
 
 /// Scans between two looks at the clock.
@@ -47,7 +47,7 @@ const SCANS_PER_LOOK: usize = 8;
 )]
 #[expect(clippy::struct_excessive_bools, reason = "switches of a command line are what they are")]
 pub(crate) struct Args {
-    /// The recording
+    /// The recording, or `-` for standard input
     #[arg(required_unless_present_any = ["keys", "show"])]
     log: Option<PathBuf>,
     /// The second file of formats that have two: poses beside ARTEMIC's readings or a sonar text
@@ -148,13 +148,18 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     }
     if args.show {
         let inputs = args.log.as_deref().map(|log| Inputs::read(args, log)).transpose()?;
-        return show::main(args, inputs, inputs::config(args)?);
+        let (config, asked) = inputs::config(args)?;
+        if let Some(inputs) = &inputs {
+            inputs::refuse_unread(&config, &asked, inputs)?;
+        }
+        return show::main(args, inputs, config);
     }
     let Some(log) = &args.log else { bail!("give the recording that is to be mapped") };
-    let config = inputs::config(args)?;
+    let (config, asked) = inputs::config(args)?;
     let folder = args.output.clone().unwrap_or_else(|| inputs::default_folder(log));
     let outputs = outputs(args, &folder)?;
     let inputs = Inputs::read(args, log)?;
+    inputs::refuse_unread(&config, &asked, &inputs)?;
     if let Some(plan) = &args.sweep {
         return study::main(args, (&inputs, &config), plan, &folder, &outputs);
     }
@@ -255,7 +260,7 @@ fn run(
 
 /// A bar on standard error; invisible where that is no terminal.
 fn progress(n_scans: usize) -> ProgressBar {
-    let bar = ProgressBar::new(n_scans as u64);
+    let bar = output::bar(n_scans as u64);
     let style = "{wide_bar} {pos}/{len} scans, {per_sec}, {eta} left {msg}";
     if let Ok(style) = ProgressStyle::with_template(style) {
         bar.set_style(style);

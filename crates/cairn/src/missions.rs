@@ -17,7 +17,7 @@ use crate::output::{self, Format, say, say_raw};
 pub(crate) struct Args {
     /// Print this mission, with everything it needs inlined, or this decision program of one
     mission: Option<String>,
-    /// How the list is printed
+    /// How the list, or the mission, is printed
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
@@ -25,17 +25,35 @@ pub(crate) struct Args {
 pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(name) = &args.mission {
         if let Some(text) = Mission::shipped_file(name) {
-            say_raw!("{text}");
+            match args.format {
+                Format::Text => say_raw!("{text}"),
+                Format::Json => say!("{}", json!({"name": name, "text": text})),
+            }
             return Ok(ExitCode::SUCCESS);
         }
         if !Mission::shipped().contains(&name.as_str()) {
+            let all = Mission::shipped().into_iter().chain(Mission::shipped_files());
+            let meant = settings::did_you_mean(name, all);
+            let meant = meant.map(|meant| format!("did you mean `{meant}`? ")).unwrap_or_default();
             bail!(
-                "no mission called `{name}` is shipped; there are {} and the programs {}",
+                "no mission called `{name}` is shipped; {meant}there are {} and the programs {}",
                 Mission::shipped().join(", "),
                 Mission::shipped_files().join(", ")
             );
         }
-        say_raw!("{}", Mission::load(name, &[])?.to_toml());
+        let mission = Mission::load(name, &[])?;
+        match args.format {
+            Format::Text => say_raw!("{}", mission.to_toml()),
+            Format::Json => say!(
+                "{}",
+                json!({
+                    "name": mission.name(),
+                    "title": mission.title(),
+                    "about": mission.about(),
+                    "toml": mission.to_toml(),
+                })
+            ),
+        }
         return Ok(ExitCode::SUCCESS);
     }
     let infos = Mission::shipped_infos();

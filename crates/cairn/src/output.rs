@@ -1,9 +1,10 @@
 //! What subcommands print: tables for people, one JSON object for machines.
 
-use std::io::Write as _;
+use std::io::{IsTerminal as _, Write as _};
 
 use clap::ValueEnum;
-use missions::{Summary, Verdict};
+use indicatif::ProgressBar;
+use missions::{LogItem, Summary, Verdict};
 use serde_json::{Map, Value, json};
 
 /// Prints a line on standard output; see [`write_out`].
@@ -78,6 +79,35 @@ pub(crate) fn number(value: f64) -> String {
     } else {
         format!("{value:.3}")
     }
+}
+
+/// A bar of progress on standard error; invisible where that is no terminal, or one that cannot move its cursor.
+pub(crate) fn bar(length: u64) -> ProgressBar {
+    if is_dumb() { ProgressBar::hidden() } else { ProgressBar::new(length) }
+}
+
+/// Whether standard error takes colours: a terminal that has some, and nobody asked for none (`NO_COLOR`, `TERM=dumb`).
+pub(crate) fn colour_on_stderr() -> bool {
+    let refused = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    std::io::stderr().is_terminal() && !refused && !is_dumb()
+}
+
+fn is_dumb() -> bool {
+    std::env::var_os("TERM").is_some_and(|value| value == "dumb")
+}
+
+/// Prints one event of a run on standard error, as it happens.
+pub(crate) fn event(item: &LogItem) {
+    eprintln!("{:9.2} s  {:4}  {}", seconds(item), item.level.name(), item.text);
+}
+
+/// The same for machines.
+pub(crate) fn event_json(item: &LogItem) -> Value {
+    json!({"t_s": seconds(item), "level": item.level.name(), "text": item.text})
+}
+
+fn seconds(item: &LogItem) -> f64 {
+    item.step as f64 * 0.01
 }
 
 /// Prints how a run ended: the verdict with its checks, then the figures.

@@ -30,7 +30,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "M", default_value_t = 0.38, value_parser = parse::length_m, allow_negative_numbers = true)]
     antenna_spacing_m: f64,
     /// How contributions add up
-    #[arg(long, value_enum, default_value = "scalar-sum")]
+    #[arg(long, value_enum, default_value = "scalar_sum")]
     perception: PerceptionName,
     /// Where robots connect
     #[arg(
@@ -51,8 +51,10 @@ pub(crate) struct Args {
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum PerceptionName {
     /// The sum of what reaches an antenna: right for trails of any width
+    #[value(name = "scalar_sum", alias = "scalar-sum")]
     ScalarSum,
     /// The vector sum of equations (5.41) and (5.42)
+    #[value(name = "vector_atan2", alias = "vector")]
     Vector,
     /// As the thesis's listing computes it
     Listing,

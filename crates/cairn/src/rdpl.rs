@@ -2,7 +2,6 @@
 
 use std::{
     fs,
-    io::{self, IsTerminal as _},
     path::{Path, PathBuf},
     process::ExitCode,
 };
@@ -13,7 +12,7 @@ use decision::{Diagnostic, Severity};
 use files::{Kind, Outputs};
 use serde_json::json;
 
-use crate::output::{Format, say};
+use crate::output::{self, Format, say};
 
 /// Compiles a decision program (RDPL): problems with line and column, then image and listing
 #[derive(Debug, clap::Args)]
@@ -52,7 +51,7 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     let targets = (!args.check).then(|| Targets::of(args, &path));
     refuse(args, targets.as_ref(), &path, &outputs)?;
     let compilation = decision::compile(&source);
-    let renderer = if io::stderr().is_terminal() { Renderer::styled() } else { Renderer::plain() };
+    let renderer = if output::colour_on_stderr() { Renderer::styled() } else { Renderer::plain() };
     match args.format {
         Format::Text => {
             for diagnostic in &compilation.diagnostics {

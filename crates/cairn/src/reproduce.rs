@@ -10,7 +10,7 @@ use anyhow::bail;
 use clap::ValueEnum;
 use experiments::{ALL, Options, Report};
 use files::{Batch, Kind, Outputs};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressStyle;
 use run_context::RunSeed;
 
 use crate::output::{self, say};
@@ -72,7 +72,7 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
         seed: RunSeed(args.seed),
         n_threads: args.threads,
     };
-    let bar = ProgressBar::new(0);
+    let bar = output::bar(0);
     if let Ok(style) =
         ProgressStyle::with_template("{prefix} {wide_bar} {pos}/{len} runs, {eta} left")
     {

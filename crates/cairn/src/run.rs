@@ -1,7 +1,7 @@
 //! `cairn run`: a mission, in the browser or headless.
 
 use std::{
-    path::{Path, PathBuf},
+    path::PathBuf,
     process::ExitCode,
     time::{Duration, Instant},
 };
@@ -13,7 +13,7 @@ use run_context::RunSeed;
 use studio::{Options, Recordings, Show};
 
 use crate::output::{self, Format, say};
-use crate::parse;
+use crate::{given, parse};
 
 /// The mission that is run when nothing is asked for.
 const FIRST_MISSION: &str = "doorbell";
@@ -26,12 +26,13 @@ const STEPS_PER_LOOK: u64 = 500;
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  cairn run doorbell\n  cairn run doorbell --headless --seed 7 --format json\n  \
-    cairn run my-flat.toml --headless --record out.mcap\n  cairn run doorbell --headless --set robots.navigator.speed_mps=0.2\n\n\
+    cairn run my-flat.toml --headless --record out.mcap\n  cairn run doorbell --headless --set robots.navigator.speed_mps=0.2 --verbose\n  \
+    cairn missions doorbell | cairn run - --headless --quiet\n\n\
     With a robot behind TCP or a serial line even a headless run takes real time.\n\
     A headless run ends with exit code 0 when the verdict is passed, 1 when it is failed, 2 on an error."
 )]
 pub(crate) struct Args {
-    /// A mission file, or the name of a shipped mission (see `cairn missions`)
+    /// A mission file, the name of a shipped mission (see `cairn missions`), or `-` for standard input
     mission: String,
     /// As fast as it can, without the studio; ends with a verdict and a table of figures
     #[arg(long)]
@@ -51,6 +52,12 @@ pub(crate) struct Args {
     /// How a headless run prints its end
     #[arg(long, value_enum, default_value_t, requires = "headless")]
     format: Format,
+    /// Prints every event of a headless run as it happens, on standard error; with JSON also as `events`
+    #[arg(short, long, requires = "headless")]
+    verbose: bool,
+    /// Prints nothing but errors: the exit code says how a headless run ended
+    #[arg(short, long, requires = "headless", conflicts_with_all = ["verbose", "format"])]
+    quiet: bool,
     /// Port of the studio on this computer; the first free one from 7878 unless given, 0 for any
     #[arg(long, conflicts_with = "headless")]
     port: Option<u16>,
@@ -74,15 +81,18 @@ pub(crate) fn studio_with_doorbell() -> anyhow::Result<ExitCode> {
 }
 
 pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
-    let mission = Mission::load(&args.mission, &args.overrides)?;
+    let mission = if args.quiet {
+        given::mission_without_warnings(&args.mission, &args.overrides)?
+    } else {
+        given::mission(&args.mission, &args.overrides)?
+    };
     let seed = args.seed.map_or_else(|| mission.seed(), RunSeed);
     let outputs = Outputs::new(args.force).keeping(mission.read_from());
     if let Some(path) = &args.record {
         outputs.check(path, Kind::RECORDING)?;
     }
     if args.headless {
-        let record = args.record.as_deref().map(|path| (path, &outputs));
-        headless(mission, seed, record, args.format)
+        headless(mission, seed, args, &outputs)
     } else {
         let options = Options { port: args.port, speed_ratio: args.speed };
         let record = args.record.clone().map(|path| Recordings::new(path, outputs));
@@ -93,28 +103,35 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
 fn headless(
     mission: Mission,
     seed: RunSeed,
-    record: Option<(&Path, &Outputs)>,
-    format: Format,
+    args: &Args,
+    outputs: &Outputs,
 ) -> anyhow::Result<ExitCode> {
-    let bar = progress(&mission);
+    let bar = if args.quiet { ProgressBar::hidden() } else { progress(&mission) };
     let mut pace = mission.has_real_robot().then(Instant::now);
     let mut run = Run::new(mission, seed)?;
-    let begin = |(path, outputs)| Recorder::create(path, &run, outputs);
-    let mut recorder = record.map(begin).transpose()?;
+    let begin = |path: &PathBuf| Recorder::create(path, &run, outputs);
+    let mut recorder = args.record.as_ref().map(begin).transpose()?;
     for left in recorder.iter().flat_map(Recorder::left_behind) {
         eprintln!(
             "cairn: {}, left by a run that was killed, is kept; cairn replay shows it",
             left.display()
         );
     }
+    let mut events = Vec::new();
     while run.finished().is_none() {
         run.step();
         if let Some(next) = &mut pace {
             wait_for_tick(next);
         }
-        if let Some(recorder) = &mut recorder {
+        if recorder.is_some() || args.verbose {
             let said = run.drain_log();
-            recorder.record(&run, &said)?;
+            if let Some(recorder) = &mut recorder {
+                recorder.record(&run, &said)?;
+            }
+            if args.verbose {
+                bar.suspend(|| said.iter().for_each(output::event));
+                events.extend(said);
+            }
         }
         if run.steps().is_multiple_of(STEPS_PER_LOOK) {
             bar.set_position(run.steps());
@@ -125,7 +142,17 @@ fn headless(
         recorder.finish(&run)?;
     }
     let summary = run.summary();
-    output::summary(&summary, format);
+    match args.format {
+        _ if args.quiet => {}
+        Format::Text => output::summary(&summary, Format::Text),
+        Format::Json => {
+            let mut object = output::summary_json(&summary);
+            if args.verbose {
+                object["events"] = events.iter().map(output::event_json).collect();
+            }
+            say!("{object}");
+        }
+    }
     let passed = summary.verdict.is_some_and(|verdict| verdict.passed);
     Ok(if passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
@@ -142,7 +169,7 @@ fn wait_for_tick(next: &mut Instant) {
 /// A bar on standard error; invisible where that is no terminal.
 pub(crate) fn progress(mission: &Mission) -> ProgressBar {
     let steps = mission.duration_max().as_millis() / 10;
-    let bar = ProgressBar::new(u64::try_from(steps).unwrap_or(u64::MAX));
+    let bar = output::bar(u64::try_from(steps).unwrap_or(u64::MAX));
     let style = ProgressStyle::with_template("{prefix} {wide_bar} at most {eta} left");
     if let Ok(style) = style {
         bar.set_style(style);

@@ -97,8 +97,10 @@ impl Mission {
         }
         let path = Path::new(name_or_path);
         if !path.exists() {
+            let meant = settings::did_you_mean(name_or_path, Self::shipped());
             return Err(MissionError::Unknown {
                 name: name_or_path.to_owned(),
+                meant: meant.map(|m| format!("did you mean `{m}`? ")).unwrap_or_default(),
                 shipped: Self::shipped().join(", "),
             });
         }
@@ -112,6 +114,22 @@ impl Mission {
         let mut mission = Self::build(name_or_path, &text, overrides, &read)?;
         mission.read_from = read_from.take();
         Ok(mission)
+    }
+
+    /// Checks a mission given as text, such as one from standard input; files that it names are relative to `folder`.
+    ///
+    /// `origin` is what errors call the text.
+    ///
+    /// # Errors
+    ///
+    /// As [`Mission::load`].
+    pub fn parse_in(
+        folder: &Path,
+        origin: &str,
+        text: &str,
+        overrides: &[String],
+    ) -> Result<Self, MissionError> {
+        Self::build(origin, text, overrides, &|file| read_file(&folder.join(file)))
     }
 
     /// Checks a mission given as text; files that it names are looked for among the shipped ones.
@@ -198,6 +216,16 @@ impl Mission {
         self.parts.duration_max
     }
 
+    /// Names and models of the robots, in order.
+    pub fn robots(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.parts.robots.iter().map(|robot| (robot.name.as_str(), robot.model.name.as_str()))
+    }
+
+    /// How many requirements `[success]` has.
+    pub fn n_requirements(&self) -> usize {
+        self.parts.success.len()
+    }
+
     /// How many robots it has.
     pub fn n_robots(&self) -> usize {
         self.parts.robots.len()
@@ -214,6 +242,12 @@ impl Mission {
     /// The source of the decision program, if there is one.
     pub fn program_source(&self) -> Option<&str> {
         self.parts.decision.as_ref().map(|d| d.source.as_str())
+    }
+
+    /// What is allowed and yet hardly meant, a sentence each: nothing that could fail, events that never happen, robots that
+    /// must arrive and are never sent, warnings of the decision program.
+    pub fn warnings(&self) -> Vec<String> {
+        check::warnings(&self.file, &self.parts)
     }
 
     /// The mission as TOML that stands alone: files inlined, overrides applied, defaults written
@@ -249,7 +283,7 @@ impl Mission {
     ) -> Result<Self, MissionError> {
         let syntax = |e: toml::de::Error| MissionError::Syntax {
             origin: origin.to_owned(),
-            message: e.to_string().trim_end().to_owned(),
+            message: settings::clarified(e.to_string().trim_end()),
         };
         let mut file: MissionFile = toml::from_str(text).map_err(syntax)?;
         if !overrides.is_empty() {
@@ -257,14 +291,17 @@ impl Mission {
             overrides.iter().try_for_each(|given| settings::apply(&mut table, given))?;
             file = table.try_into().map_err(|e: toml::de::Error| MissionError::Override {
                 given: overrides.join(" --set "),
-                problem: e.to_string().trim_end().to_owned(),
+                problem: settings::clarified(e.to_string().trim_end()),
             })?;
         }
         let locate = |wrong: error::Wrong| {
             MissionError::Setting(Box::new(wrong.located(origin, text, overrides)))
         };
-        inline(&mut file, read).map_err(locate)?;
-        check::check(file).map_err(locate)
+        let files = inline(&mut file, read).map_err(locate)?;
+        check::check(file).map_err(|wrong| match files.iter().find(|(key, _)| *key == wrong.key) {
+            Some((_, named)) => MissionError::Setting(Box::new(wrong.in_file(named))),
+            None => locate(wrong),
+        })
     }
 }
 
@@ -278,27 +315,30 @@ impl TryFrom<MissionFile> for Mission {
     }
 }
 
-/// Reads the files that a mission names into it.
+/// Reads the files that a mission names into it; gives back which key each became the text of, and its name.
 fn inline(
     file: &mut MissionFile,
     read: &dyn Fn(&str) -> Result<String, MissionError>,
-) -> Result<(), error::Wrong> {
-    let take = |key: &str, name: &mut Option<String>, into: &mut Option<String>| {
+) -> Result<Vec<(&'static str, String)>, error::Wrong> {
+    let mut files = Vec::new();
+    let mut take = |key: &'static str, name: &mut Option<String>, into: &mut Option<String>| {
         if let Some(name) = name.take() {
+            let named_by = format!("{key}_file");
             let allowed = |e: MissionError| format!("a file that can be read ({e})");
-            let text = read(&name).map_err(|e| error::Wrong::new(key, &name, allowed(e)))?;
+            let text = read(&name).map_err(|e| error::Wrong::new(named_by, &name, allowed(e)))?;
             *into = Some(text);
+            files.push((key, name));
         }
         Ok(())
     };
-    take("world.map_file", &mut file.world.map_file, &mut file.world.map)?;
+    take("world.map", &mut file.world.map_file, &mut file.world.map)?;
     if let Some(pheromones) = &mut file.pheromones {
-        take("pheromones.map_file", &mut pheromones.map_file, &mut pheromones.map)?;
+        take("pheromones.map", &mut pheromones.map_file, &mut pheromones.map)?;
     }
     if let Some(decision) = &mut file.decision {
-        take("decision.program_file", &mut decision.program_file, &mut decision.program)?;
+        take("decision.program", &mut decision.program_file, &mut decision.program)?;
     }
-    Ok(())
+    Ok(files)
 }
 
 fn read_file(path: &Path) -> Result<String, MissionError> {

@@ -25,12 +25,17 @@ pub struct Check {
 impl Verdict {
     /// The verdict that follows from the checks; without any, a run that ends has passed.
     pub(crate) fn from_checks(checks: Vec<Check>) -> Self {
-        let failed: Vec<&str> =
-            checks.iter().filter(|c| !c.passed).map(|c| c.name.as_str()).collect();
-        let text = if failed.is_empty() {
+        let failed: Vec<String> = checks
+            .iter()
+            .filter(|c| !c.passed)
+            .map(|c| format!("{}: {}", c.name, c.text))
+            .collect();
+        let text = if checks.is_empty() {
+            "the mission asks for nothing".to_owned()
+        } else if failed.is_empty() {
             "every requirement holds".to_owned()
         } else {
-            format!("failed: {}", failed.join(", "))
+            failed.join("; ")
         };
         Self { passed: failed.is_empty(), text, checks }
     }

@@ -12,7 +12,9 @@
 //! ```
 
 mod overrides;
+mod suggest;
 mod values;
 
 pub use overrides::{OverrideError, apply, setter};
+pub use suggest::{clarified, did_you_mean};
 pub use values::{SettingError, Wrong, choose, range};

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::setter;
+use crate::{did_you_mean, setter};
 
 /// A value outside what is allowed: where it stands, what it is, what it must be.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,12 +40,14 @@ pub struct Wrong {
     pub found: String,
     /// What it must be, as prose.
     pub allowed: String,
+    /// Line and column (from 1) within the value, where that is a text of many lines.
+    pub within: Option<(usize, usize)>,
 }
 
 impl Wrong {
     /// `key` must be `allowed`, but is `found`.
     pub fn new(key: impl Into<String>, found: impl fmt::Debug, allowed: impl Into<String>) -> Self {
-        Self { key: key.into(), found: format!("{found:?}"), allowed: allowed.into() }
+        Self::prose(key, format!("{found:?}"), allowed)
     }
 
     /// The same with a found value that is prose already.
@@ -54,7 +56,20 @@ impl Wrong {
         found: impl Into<String>,
         allowed: impl Into<String>,
     ) -> Self {
-        Self { key: key.into(), found: found.into(), allowed: allowed.into() }
+        Self { key: key.into(), found: found.into(), allowed: allowed.into(), within: None }
+    }
+
+    /// The same, with line and column (from 1) within the value.
+    #[must_use]
+    pub fn within(self, line: usize, column: usize) -> Self {
+        Self { within: Some((line, column)), ..self }
+    }
+
+    /// Puts it into a file of its own, called `origin`, that was read for the key.
+    pub fn in_file(self, origin: &str) -> SettingError {
+        let origin = origin.to_owned();
+        let Self { key, found, allowed, within } = self;
+        SettingError { origin, position: within, key, found, allowed }
     }
 
     /// Puts it at its place in `text`, a file called `origin`; or at the override that set it, if one did.
@@ -117,7 +132,9 @@ pub fn range(
 pub fn choose(key: &str, found: &str, allowed: &[&str]) -> Result<usize, Wrong> {
     allowed.iter().position(|&a| a == found).ok_or_else(|| {
         let quoted: Vec<String> = allowed.iter().map(|a| format!("`{a}`")).collect();
-        Wrong::new(key, found, format!("one of {}", quoted.join(", ")))
+        let meant = did_you_mean(found, allowed.iter().copied());
+        let meant = meant.map(|meant| format!(" (did you mean `{meant}`?)")).unwrap_or_default();
+        Wrong::new(key, found, format!("one of {}{meant}", quoted.join(", ")))
     })
 }
 

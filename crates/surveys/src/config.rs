@@ -7,6 +7,7 @@
 pub(crate) mod keys;
 mod presets;
 mod read;
+mod used;
 
 pub use keys::{Key, KeyKind};
 pub use read::ConfigError;

@@ -15,6 +15,10 @@ use recordings::{Complaints, Format, Loaded, ReadOptions, Recording, Rig, Ring};
 use surveys::{Known, SurveyConfig, SurveyPrior};
 
 use super::{Args, Method, Mode};
+use crate::given;
+
+/// Logs on standard input are read whole; far larger ones than any public log still fit.
+const STDIN_BYTES_MAX: u64 = 1 << 30;
 
 /// Everything that was read.
 pub(super) struct Inputs {
@@ -106,7 +110,9 @@ impl Inputs {
 }
 
 /// The settings: file, then the options with names of their own, then `--set`.
-pub(super) fn config(args: &Args) -> anyhow::Result<SurveyConfig> {
+///
+/// With them, what the command line sets, as `table.key=value`.
+pub(super) fn config(args: &Args) -> anyhow::Result<(SurveyConfig, Vec<String>)> {
     let (origin, text) = match &args.config {
         Some(path) => {
             let text = files::read_text(path, "the settings")?;
@@ -129,17 +135,36 @@ pub(super) fn config(args: &Args) -> anyhow::Result<SurveyConfig> {
     overrides.extend(method.map(|word| format!("survey.method={word}")));
     overrides.extend(mode.map(|word| format!("survey.mode={word}")));
     overrides.extend(args.overrides.iter().cloned());
-    Ok(SurveyConfig::parse(&origin, &text, &overrides)?)
+    Ok((SurveyConfig::parse(&origin, &text, &overrides)?, overrides))
+}
+
+/// Refuses what was asked for on the command line and this recording's survey would not obey.
+pub(super) fn refuse_unread(
+    config: &SurveyConfig,
+    asked: &[String],
+    inputs: &Inputs,
+) -> anyhow::Result<()> {
+    let unread = config.unread(&inputs.recording.rig, asked);
+    if !unread.is_empty() {
+        bail!("{}: {}", inputs.name, unread.join("; "));
+    }
+    Ok(())
 }
 
 /// The log's name without its endings, with `-map`.
 pub(super) fn default_folder(log: &Path) -> PathBuf {
+    if given::is_stdin(log) {
+        return PathBuf::from("recording-map");
+    }
     let name = file_name(log);
     let stem = name.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("recording");
     PathBuf::from(format!("{stem}-map"))
 }
 
 fn file(path: &Path, what: &str) -> anyhow::Result<Vec<u8>> {
+    if given::is_stdin(path) {
+        return given::stdin(STDIN_BYTES_MAX);
+    }
     Ok(crate::input::read(path, what)?)
 }
 
@@ -151,6 +176,9 @@ pub(super) fn prior_picture(args: &Args) -> Option<PathBuf> {
 }
 
 fn file_name(path: &Path) -> String {
+    if given::is_stdin(path) {
+        return given::STDIN_NAME.to_owned();
+    }
     let name = path.file_name().unwrap_or(path.as_os_str());
     name.to_string_lossy().into_owned()
 }

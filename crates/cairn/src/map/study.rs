@@ -4,6 +4,7 @@ use std::{path::Path, process::ExitCode, sync::Arc};
 
 use files::{Batch, Kind, Outputs, Refusal};
 use indicatif::{ProgressBar, ProgressStyle};
+
 use serde_json::json;
 use surveys::{
     Setting, Survey, SurveyConfig, SweepOptions, SweepOutcome, SweepPlan, sweep, sweep_report, tune,
@@ -99,7 +100,7 @@ fn one(
 }
 
 fn progress(tunes: bool) -> ProgressBar {
-    let bar = ProgressBar::new(0);
+    let bar = crate::output::bar(0);
     let style = if tunes {
         "{wide_bar} {pos} settings, at most {len}; at most {eta} left"
     } else {

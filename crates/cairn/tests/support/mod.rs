@@ -55,6 +55,15 @@ impl Place {
         Self::ended(self.command().args(arguments.split_whitespace()))
     }
 
+    /// Runs `cairn` with `input` on its standard input.
+    pub(crate) fn piped(&self, arguments: &str, input: &str) -> Ended {
+        self.write("input", input);
+        let mut command = self.command();
+        command.args(arguments.split_whitespace());
+        command.stdin(Stdio::from(fs::File::open(self.path("input")).unwrap()));
+        Self::ended(&mut command)
+    }
+
     pub(crate) fn ended(command: &mut Command) -> Ended {
         let output = command.output().unwrap();
         Ended {

@@ -1,10 +1,12 @@
 //! From what is written to what may be relied on: every range, name and reference.
 
 mod environment;
+mod hints;
 mod robots;
 mod tasks;
 
 pub(crate) use environment::{overlap, rectangle};
+pub(super) use hints::warnings;
 
 use std::time::Duration;
 
@@ -93,7 +95,9 @@ fn unique<'a>(table: &str, names: impl Iterator<Item = &'a str>) -> Checked<()> 
 fn named(key: &str, name: &str, names: &[&str]) -> Checked<usize> {
     names.iter().position(|&n| n == name).ok_or_else(|| {
         let list = if names.is_empty() { "there are none".to_owned() } else { names.join(", ") };
-        Wrong::new(key, name, format!("one of the mission's names: {list}"))
+        let meant = settings::did_you_mean(name, names.iter().copied());
+        let meant = meant.map(|meant| format!(" (did you mean `{meant}`?)")).unwrap_or_default();
+        Wrong::new(key, name, format!("one of the mission's names: {list}{meant}"))
     })
 }
 

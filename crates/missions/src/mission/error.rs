@@ -10,10 +10,14 @@ pub(crate) use settings::Wrong;
 #[non_exhaustive]
 pub enum MissionError {
     /// Neither a shipped mission nor a file.
-    #[error("no mission is called `{name}` and no such file exists; shipped missions: {shipped}")]
+    #[error(
+        "no mission is called `{name}` and no such file exists; {meant}shipped missions: {shipped}"
+    )]
     Unknown {
         /// What was asked for.
         name: String,
+        /// A question with the name that is most like it, or nothing.
+        meant: String,
         /// The names that exist.
         shipped: String,
     },

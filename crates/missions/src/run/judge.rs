@@ -16,6 +16,9 @@ use crate::{
 /// Steps between the last thing that must happen and the end: what goes wrong at once still counts.
 const AFTERMATH_STEPS: u32 = 50;
 
+/// Of a group that did not arrive, so many robots are named with their reasons.
+const N_REASONS_MAX: usize = 3;
+
 /// What is judged.
 pub(super) struct Facts<'a> {
     pub(super) now: Stamp,
@@ -168,21 +171,40 @@ impl Item {
         };
         let allowed_deg = within_rad.to_degrees();
         let (&[robot], pose) = (robots, *pose) else {
-            let n = robots.iter().filter(|&&r| self.stands_there(r, facts)).count();
+            let absent: Vec<usize> =
+                robots.iter().copied().filter(|&r| !self.stands_there(r, facts)).collect();
+            let n = robots.len() - absent.len();
             let needed = (min_ratio * robots.len() as f64).ceil();
-            return format!(
+            let mut text = format!(
                 "{n} of {} robots within {within_m:.2} m, {allowed_deg:.0}° (at least {needed:.0})",
                 robots.len()
             );
+            if self.state == State::Missed {
+                let reasons = absent.iter().take(N_REASONS_MAX).map(|&r| {
+                    let vehicle = &facts.vehicles[r];
+                    format!(
+                        "; {}: {}",
+                        vehicle.name,
+                        vehicle.failure().unwrap_or_else(|| vehicle.phase_name())
+                    )
+                });
+                text.extend(reasons);
+                if absent.len() > N_REASONS_MAX {
+                    text.push_str("; …");
+                }
+            }
+            return text;
         };
         let (distance_m, turn_rad) = error(robot, pose, facts);
-        let said = match (self.state, facts.vehicles[robot].failure()) {
+        let vehicle = &facts.vehicles[robot];
+        let said = match (self.state, vehicle.failure()) {
             (State::Done(t), _) => format!("at {t}"),
             (_, Some(reason)) => format!("gave up ({reason})"),
-            _ => format!("not arrived by {by}"),
+            _ => format!("not arrived by {by}, {}", vehicle.phase_name()),
         };
         format!(
-            "{distance_m:.2} m, {:.0}° from the goal, {said} (allowed {within_m:.2} m, {allowed_deg:.0}°)",
+            "{}: {distance_m:.2} m, {:.0}° from the goal, {said} (allowed {within_m:.2} m, {allowed_deg:.0}°)",
+            vehicle.name,
             turn_rad.to_degrees()
         )
     }

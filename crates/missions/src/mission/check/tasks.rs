@@ -28,12 +28,19 @@ pub(super) fn decision(
     let compilation = decision::compile(source);
     let Some(program) = compilation.program else {
         let n = compilation.n_errors;
-        let first = compilation.diagnostics.iter().take(3);
+        let errors = compilation.diagnostics.iter();
+        let first = errors.filter(|d| d.severity == decision::Severity::Error).take(3);
         let parts: Vec<String> =
             first.map(|d| format!("line {}, column {}: {}", d.line, d.column, d.message)).collect();
         let errors = if n == 1 { "error" } else { "errors" };
         let found = format!("a program with {n} {errors} ({})", parts.join("; "));
-        return Err(Wrong::prose("decision.program", found, "a program that compiles"));
+        let wrong = Wrong::prose("decision.program", found, "a program that compiles");
+        let first =
+            compilation.diagnostics.iter().find(|d| d.severity == decision::Severity::Error);
+        return Err(match first {
+            Some(d) => wrong.within(d.line, d.column),
+            None => wrong,
+        });
     };
     let names: Vec<&str> = robots.iter().map(|r| r.name.as_str()).collect();
     let robot = match file.robot.as_str() {

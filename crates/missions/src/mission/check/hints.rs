@@ -1,0 +1,99 @@
+//! What a mission may say and its author hardly meant.
+
+use crate::mission::{
+    Parts,
+    file::MissionFile,
+    plan::{Action, Requirement},
+};
+
+/// A sentence for each oddity, in the order of the file's tables.
+pub(in crate::mission) fn warnings(file: &MissionFile, parts: &Parts) -> Vec<String> {
+    let mut found = Vec::new();
+    program(parts, &mut found);
+    events(file, parts, &mut found);
+    if parts.success.is_empty() {
+        found.push(
+            "[success] asks for nothing: every run that ends counts as passed; add for example \
+             [[success.arrived]] or no_contact = true"
+                .to_owned(),
+        );
+    }
+    arrivals(parts, &mut found);
+    starts(file, parts, &mut found);
+    found
+}
+
+/// Robots outside of what the studio draws.
+fn starts(file: &MissionFile, parts: &Parts, found: &mut Vec<String>) {
+    let [x0, y0, x1, y1] = parts.world.bounds;
+    for (i, robot) in file.robots.iter().enumerate() {
+        let [x, y, _] = robot.start;
+        if !((x0..=x1).contains(&x) && (y0..=y1).contains(&y)) {
+            found.push(format!(
+                "robots[{i}].start = [{x}, {y}, …]: outside world.bounds_m = {:?}, so nobody will see it",
+                parts.world.bounds
+            ));
+        }
+    }
+}
+
+fn program(parts: &Parts, found: &mut Vec<String>) {
+    let Some(plan) = &parts.decision else { return };
+    let warning = |d: &decision::Diagnostic| {
+        format!("decision.program, line {}: {}: {}", d.line, d.code.id(), d.message)
+    };
+    found.extend(decision::compile(&plan.source).diagnostics.iter().map(warning));
+}
+
+fn events(file: &MissionFile, parts: &Parts, found: &mut Vec<String>) {
+    let end_s = parts.duration_max.as_secs_f64();
+    for (i, event) in file.events.iter().enumerate().filter(|(_, e)| e.at_s >= end_s) {
+        found.push(format!(
+            "events[{i}].at_s = {}: `{}` never happens, because the mission ends after {end_s} s \
+             (mission.duration_max_s)",
+            event.at_s, event.action
+        ));
+    }
+    let placed = file.events.iter().filter(|e| e.action == "place_box").map(|e| e.thing.as_str());
+    let things = file.world.things.iter().map(|t| t.name.as_str());
+    let boxes: Vec<String> = file.world.random_boxes.iter().flat_map(names_of).collect();
+    let known: Vec<&str> = things.chain(placed).chain(boxes.iter().map(String::as_str)).collect();
+    for (i, event) in file.events.iter().enumerate().filter(|(_, e)| e.action == "remove") {
+        if event.thing != "box" && !known.contains(&event.thing.as_str()) {
+            let meant = settings::did_you_mean(&event.thing, known.iter().copied());
+            let meant = meant.map(|m| format!("; did you mean `{m}`?")).unwrap_or_default();
+            let thing = &event.thing;
+            found.push(format!(
+                "events[{i}].thing = \"{thing}\": the mission has no such thing{meant}"
+            ));
+        }
+    }
+}
+
+/// Several boxes of one table are numbered.
+fn names_of(boxes: &crate::mission::file::RandomBoxesFile) -> Vec<String> {
+    let numbered = (1..=boxes.count).map(|k| format!("{} {k}", boxes.name));
+    std::iter::once(boxes.name.clone()).chain(numbered).collect()
+}
+
+/// Robots that must arrive, but nobody sends them anywhere.
+fn arrivals(parts: &Parts, found: &mut Vec<String>) {
+    let sent = |robot: usize| {
+        let by_event = |action: &Action| match action {
+            Action::Goal { robots, .. } => robots.contains(&robot),
+            _ => false,
+        };
+        parts.events.iter().any(|e| by_event(&e.action))
+            || parts.decision.as_ref().is_some_and(|d| d.robot == Some(robot))
+            || parts.robots[robot].teleoperator.is_some()
+    };
+    for requirement in &parts.success {
+        let Requirement::Arrived { robots, group, .. } = requirement else { continue };
+        if !robots.iter().any(|&robot| sent(robot)) {
+            found.push(format!(
+                "[[success.arrived]] of `{group}`: nothing sends it anywhere; add an event with \
+                 do = \"goal\", or a decision program with MOVE"
+            ));
+        }
+    }
+}

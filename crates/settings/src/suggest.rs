@@ -1,0 +1,79 @@
+//! What somebody probably meant who wrote a name that does not exist.
+
+/// The candidate most like `word`, if one is like enough: a slip of the finger, two letters exchanged, another separator,
+/// another case. Ties go to the first. Cost: length of the word times length of all candidates.
+///
+/// ```
+/// let modes = ["memory", "direct", "tcp", "serial"];
+/// assert_eq!(settings::did_you_mean("memroy", modes), Some("memory"));
+/// assert_eq!(settings::did_you_mean("carrier pigeon", modes), None);
+/// ```
+pub fn did_you_mean<'c>(
+    word: &str,
+    candidates: impl IntoIterator<Item = &'c str>,
+) -> Option<&'c str> {
+    let plain = |text: &str| text.to_lowercase().replace(['-', ' '], "_");
+    let word = plain(word.get(..80).unwrap_or(word));
+    let mut best: Option<(f64, &str)> = None;
+    for candidate in candidates {
+        let likeness = strsim::jaro_winkler(&word, &plain(candidate));
+        if likeness > best.map_or(0.84, |(most, _)| most) {
+            best = Some((likeness, candidate));
+        }
+    }
+    best.map(|(_, candidate)| candidate)
+}
+
+/// A reader's message about an unknown key, with a suggestion instead of a list of everything that exists.
+///
+/// The list stays when nothing in it is like what was written. Other messages come back as they are.
+pub fn clarified(message: &str) -> String {
+    for what in ["field", "variant"] {
+        let Some((before, rest)) = message.split_once(&format!("unknown {what} `")) else {
+            continue;
+        };
+        let Some((word, rest)) = rest.split_once('`') else { continue };
+        let (list, after) = rest.split_once('\n').map_or((rest, None), |(l, a)| (l, Some(a)));
+        let candidates = list.split('`').skip(1).step_by(2);
+        let Some(meant) = did_you_mean(word, candidates) else { continue };
+        let after = after.map(|text| format!("\n{text}")).unwrap_or_default();
+        return format!("{before}unknown {what} `{word}`: did you mean `{meant}`?{after}");
+    }
+    message.to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_are_understood_and_other_words_are_not() {
+        let keys =
+            ["speed_mps", "path_controller", "trail_controller", "route", "acceleration_mps2"];
+        for (written, meant) in [
+            ("sped_mps", Some("speed_mps")),
+            ("speed", Some("speed_mps")),
+            ("trail-controller", Some("trail_controller")),
+            ("ROUTE", Some("route")),
+            ("acceleration", Some("acceleration_mps2")),
+            ("colour", None),
+            ("", None),
+        ] {
+            assert_eq!(did_you_mean(written, keys), meant, "{written}");
+        }
+        assert_eq!(did_you_mean("x", []), None);
+    }
+
+    #[test]
+    fn a_list_of_keys_becomes_a_suggestion_where_one_fits() {
+        let said = "TOML parse error at line 3, column 1\n3 | fo = 1\nunknown field `sed`, expected one of `name`, `seed`\n";
+        assert!(
+            clarified(said).ends_with("unknown field `sed`: did you mean `seed`?\n"),
+            "{}",
+            clarified(said)
+        );
+        let said = "unknown field `zz`, expected one of `name`, `seed`";
+        assert_eq!(clarified(said), said);
+        assert_eq!(clarified("no such thing"), "no such thing");
+    }
+}
