@@ -1,12 +1,8 @@
 //! The map reader and writer, on real maps and on broken ones.
 
-#![expect(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "a failing helper fails its test, and a skipped one says so"
-)]
+#![expect(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
-use std::{fmt::Write, fs, io::Read, path::PathBuf};
+use std::{fmt::Write, fs, io::Read};
 
 use expect_test::{Expect, expect};
 use geometry::{RayCaster, Vec2};
@@ -15,13 +11,8 @@ use simulator::activmedia_map::{MapFile, MapWarning, parse};
 
 /// A data file's text, or `None` with a line that says so.
 fn data(name: &str) -> Option<String> {
-    let default = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    let folder = std::env::var_os("CAIRN_DATA").map_or(default, PathBuf::from);
-    let path = folder.join("maps").join(name);
-    let Ok(bytes) = fs::read(&path) else {
-        println!("skipped: {} is not there (set CAIRN_DATA)", path.display());
-        return None;
-    };
+    let path = testkit::data_folder(&format!("maps/{name}"))?;
+    let bytes = fs::read(&path).unwrap();
     let mut text = String::new();
     if path.extension().is_some_and(|e| e == "gz") {
         flate2::read::GzDecoder::new(&bytes[..]).read_to_string(&mut text).unwrap();

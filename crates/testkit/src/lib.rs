@@ -30,17 +30,40 @@ pub fn workspace_root() -> &'static Path {
 ///
 /// The data are not part of the repository: they are looked for in the folder that the variable
 /// `CAIRN_DATA` names, or else in `../shared/data` beside the repository. When they are absent, one
-/// line says what is skipped and the caller returns; everything else is still tested.
+/// line says what is skipped and the caller returns; everything else is still tested. `cargo test` counts the tests that
+/// ask (`tests/measured_data.rs`).
+///
+/// # Panics
+///
+/// When they are absent and the variable `CAIRN_DATA_REQUIRED` is set to anything but nothing or 0, as it is in the
+/// continuous integration: there a test that skips would be a check that is not made.
 #[expect(clippy::print_stderr, reason = "a test that checks nothing must say so")]
 pub fn data_folder(name: &str) -> Option<PathBuf> {
-    let folder = env::var_os("CAIRN_DATA")
-        .map_or_else(|| workspace_root().join("../shared/data"), PathBuf::from);
+    let folder = data_folder_named();
     let path = folder.join(name);
     if path.exists() {
         return Some(path);
     }
+    assert!(
+        !is_required(env::var("CAIRN_DATA_REQUIRED").ok().as_deref()),
+        "no `{name}` in {}, and CAIRN_DATA_REQUIRED says that it must be there",
+        folder.display()
+    );
     eprintln!("skipped: no `{name}` in {} (set CAIRN_DATA to the data folder)", folder.display());
     None
+}
+
+/// The folder of the measured data, if the machine has it.
+pub fn data_root() -> Option<PathBuf> {
+    Some(data_folder_named()).filter(|folder| folder.is_dir())
+}
+
+fn data_folder_named() -> PathBuf {
+    env::var_os("CAIRN_DATA").map_or_else(|| workspace_root().join("../shared/data"), PathBuf::from)
+}
+
+fn is_required(value: Option<&str>) -> bool {
+    value.is_some_and(|value| !value.is_empty() && value != "0")
 }
 
 /// Every file of a folder, sorted by name, with its bytes; for tests that replay a corpus.
@@ -75,8 +98,12 @@ mod tests {
     }
 
     #[test]
-    fn data_that_are_not_there_are_none() {
-        assert_eq!(data_folder("no such folder"), None);
+    fn data_that_are_not_there_are_none_where_nobody_requires_them() {
+        if env::var_os("CAIRN_DATA_REQUIRED").is_none() {
+            assert_eq!(data_folder("no such folder"), None);
+        }
+        assert!(is_required(Some("1")) && is_required(Some("true")));
+        assert!(!is_required(None) && !is_required(Some("")) && !is_required(Some("0")));
     }
 
     #[test]
