@@ -90,7 +90,7 @@ fn a_misspelt_key_is_shown_with_what_is_allowed() {
               |
             2 | nmae = "x"
               | ^^^^
-            unknown field `nmae`, expected one of `name`, `title`, `about`, `duration_max_s`, `seed`"#]],
+            unknown field `nmae`: did you mean `name`?"#]],
     );
 }
 
