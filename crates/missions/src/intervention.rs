@@ -36,6 +36,16 @@ pub enum Intervention {
         /// Index of the robot.
         robot: usize,
     },
+    /// Drives a robot by hand for [`DRIVE_HOLD`](crate::DRIVE_HOLD); to drive on, say it again. The robot forgets its
+    /// task. What it may not do is scaled down, both numbers together, so that the curve stays.
+    Drive {
+        /// Index of the robot.
+        robot: usize,
+        /// Forwards, m/s; kept in steps of 1 mm/s.
+        speed_mps: f64,
+        /// Counter-clockwise, rad/s; kept in steps of 1 mrad/s.
+        turn_rate_radps: f64,
+    },
 }
 
 /// Why an intervention was refused.
@@ -104,6 +114,7 @@ pub(crate) enum InterventionRecord {
     Remove { step: u64, id: u64 },
     Goal { step: u64, robot: usize, x_m: f64, y_m: f64, yaw_rad: f64 },
     Stop { step: u64, robot: usize },
+    Drive { step: u64, robot: usize, speed_mmps: i32, turn_rate_mradps: i32 },
 }
 
 impl From<&RecordedIntervention> for InterventionRecord {
@@ -119,6 +130,12 @@ impl From<&RecordedIntervention> for InterventionRecord {
                 Self::Goal { step, robot: *robot, x_m: g.x_m, y_m: g.y_m, yaw_rad: g.yaw_rad }
             }
             Intervention::Stop { robot } => Self::Stop { step, robot: *robot },
+            Intervention::Drive { robot, speed_mps, turn_rate_radps } => Self::Drive {
+                step,
+                robot: *robot,
+                speed_mmps: thousandths(*speed_mps),
+                turn_rate_mradps: thousandths(*turn_rate_radps),
+            },
         }
     }
 }
@@ -139,7 +156,45 @@ impl From<InterventionRecord> for RecordedIntervention {
                 (step, Intervention::SendGoal { robot, goal_in_map })
             }
             InterventionRecord::Stop { step, robot } => (step, Intervention::Stop { robot }),
+            InterventionRecord::Drive { step, robot, speed_mmps, turn_rate_mradps } => {
+                let [speed_mps, turn_rate_radps] =
+                    [speed_mmps, turn_rate_mradps].map(from_thousandths);
+                (step, Intervention::Drive { robot, speed_mps, turn_rate_radps })
+            }
         };
         Self { step, intervention }
+    }
+}
+
+/// A number as recordings hold it: text of a whole number comes back as the same bits.
+fn thousandths(value: f64) -> i32 {
+    // Casts from floats saturate.
+    (1e3 * value).round() as i32
+}
+
+fn from_thousandths(value: i32) -> f64 {
+    f64::from(value) / 1e3
+}
+
+/// What a run takes and its recording gives back.
+pub(crate) fn to_thousandths(value: f64) -> f64 {
+    from_thousandths(thousandths(value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is driven is what is recorded, bit for bit, through the text of the recording.
+    #[test]
+    fn a_drive_comes_back_from_its_text_as_it_was_driven() {
+        for (speed_mps, turn_rate_radps) in [(0.3, -0.7), (-0.123_456_7, 1.0 / 3.0), (0.0, 0.0)] {
+            let [speed_mps, turn_rate_radps] = [speed_mps, turn_rate_radps].map(to_thousandths);
+            let intervention = Intervention::Drive { robot: 1, speed_mps, turn_rate_radps };
+            let recorded = RecordedIntervention { step: 7, intervention };
+            let text = serde_json::to_string(&InterventionRecord::from(&recorded)).unwrap();
+            let read: InterventionRecord = serde_json::from_str(&text).unwrap();
+            assert_eq!(RecordedIntervention::from(read), recorded, "{text}");
+        }
     }
 }

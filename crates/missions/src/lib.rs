@@ -38,7 +38,7 @@ pub use intervention::{Intervention, InterventionError, RecordedIntervention};
 pub use mission::{ExpectedVerdict, Mission, MissionError, SettingError, ShippedInfo, file};
 pub use record::{RecordError, Recorder};
 pub use replay::{Divergence, Replay, ReplayError, ReplayReport};
-pub use run::{Run, RunError, STEP, world_of};
+pub use run::{DRIVE_HOLD, Run, RunError, STEP, world_of};
 pub use sensing::{PoseReport, RingRow, SensedRun, SensedStep, SensorLog, sense};
 pub use summary::{Figure, Summary};
 pub use transport::{MemoryTransport, SerialTransport, TcpTransport, Transport, TransportError};

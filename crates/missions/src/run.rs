@@ -10,6 +10,7 @@ mod build;
 mod devices;
 mod direct;
 mod ground;
+mod hand;
 mod judge;
 mod lines;
 mod metrics;
@@ -25,11 +26,12 @@ use std::{collections::VecDeque, time::Duration};
 use geometry::Se2;
 use path_following::Path;
 use rayon::prelude::*;
+use robot_models::BodyVelocity;
 use run_context::{RunSeed, Stamp, StateHash};
 use simulator::{ThingId, World};
 
 use crate::{
-    intervention::{Intervention, InterventionError, RecordedIntervention},
+    intervention::{Intervention, InterventionError, RecordedIntervention, to_thousandths},
     mission::{
         Mission,
         plan::{Action, GoalPose},
@@ -42,6 +44,7 @@ use crate::{
 };
 use devices::Devices;
 use ground::DecisionNode;
+pub use hand::DRIVE_HOLD;
 use judge::Judge;
 use metrics::RobotMetrics;
 pub(crate) use ring_log::rig;
@@ -62,6 +65,8 @@ const N_REPORTED_MAX: usize = 7;
 const SWARM_TURNS: u64 = 50;
 /// Robots per parallel piece of work.
 const PIECE: usize = 8;
+/// Boxes that may have been put down during a run and stand there still.
+const N_BOXES_MAX: usize = 200;
 /// How long a pressed button stays pressed.
 const PRESS_STEPS: u64 = 50;
 
@@ -453,6 +458,19 @@ impl Run {
                 check(*robot)?;
                 self.send_stop(*robot);
             }
+            Intervention::Drive { robot, speed_mps, turn_rate_radps } => {
+                check(*robot)?;
+                if !(speed_mps.is_finite() && turn_rate_radps.is_finite()) {
+                    let what = "a speed by hand";
+                    return Err(InterventionError::OutOfRange { what, allowed: "a number" });
+                }
+                let [linear_mps, angular_radps] =
+                    [*speed_mps, *turn_rate_radps].map(to_thousandths);
+                let model = &self.mission.parts().robots[*robot].model;
+                let wheels = hand::wheels(model, BodyVelocity { linear_mps, angular_radps });
+                let now = self.now();
+                self.vehicles[*robot].drive_by_hand(now, wheels);
+            }
         }
         Ok(())
     }
@@ -463,6 +481,12 @@ impl Run {
         at: geometry::Vec2,
         size_m: f64,
     ) -> Result<(), InterventionError> {
+        let n_put_down =
+            self.world.things().iter().filter(|thing| thing.id.0 >= self.n_initial_things).count();
+        if n_put_down >= N_BOXES_MAX {
+            let what = "the number of boxes that were put down";
+            return Err(InterventionError::OutOfRange { what, allowed: "at most 200" });
+        }
         build::place_box(&mut self.world, name, at, size_m)?;
         self.metrics.iter_mut().for_each(RobotMetrics::forget_clearance);
         let text = format!("a box of {size_m:.2} m is put down at ({:.2}, {:.2}) m", at.x, at.y);

@@ -95,6 +95,13 @@ pub struct SceneRobot {
     pub start: Se2,
     /// How near it has to come to its goal, if the mission demands that it arrives, m.
     pub goal_tolerance_m: Option<f64>,
+    /// It is no body of this simulation but at the end of a socket or a serial line: what cannot be measured from
+    /// outside is not known of it.
+    pub is_elsewhere: bool,
+    /// Greatest speed by hand, m/s.
+    pub hand_speed_max_mps: f64,
+    /// Greatest turning rate by hand, rad/s.
+    pub hand_turn_rate_max_radps: f64,
 }
 
 /// One sonar.
@@ -231,10 +238,12 @@ pub struct ViewRobot {
     pub stalled: bool,
     /// Whether it touches something.
     pub touching: bool,
-    /// Distance from its footprint to the nearest surface, m.
-    pub clearance_m: f64,
-    /// Battery, V.
-    pub battery_v: f64,
+    /// Distance from its footprint to the nearest surface, m; not known of a robot elsewhere.
+    pub clearance_m: Option<f64>,
+    /// Battery, V, once it was reported.
+    pub battery_v: Option<f64>,
+    /// Why it gave up, if it did.
+    pub failure: Option<&'static str>,
 }
 
 /// A robot in brief.
@@ -302,17 +311,17 @@ pub struct ViewTimer {
     pub on: bool,
 }
 
-/// Figures of the first robot, and contacts of all.
+/// Figures of the first robot, and contacts of all; none without a robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ViewFigures {
     /// Way driven, m.
-    pub path_length_m: f64,
-    /// Time since the goal was given, or until arrival, s.
-    pub time_s: f64,
-    /// Least clearance so far, m.
-    pub clearance_min_m: f64,
-    /// Contacts of all robots.
-    pub contacts: u64,
+    pub path_length_m: Option<f64>,
+    /// Time since the goal was given, or until arrival, s; none before the first goal.
+    pub time_s: Option<f64>,
+    /// Least clearance so far, m; not known of a robot elsewhere.
+    pub clearance_min_m: Option<f64>,
+    /// Contacts of all robots; not known when one of them is elsewhere.
+    pub contacts: Option<u64>,
     /// Root mean square distance from the trail while following it, m.
     pub cross_track_rms_m: Option<f64>,
     /// Greatest distance from the trail while following it, m.

@@ -143,6 +143,9 @@ fn robot_info((id, robot): (usize, &missions::SceneRobot)) -> RobotInfo {
         footprint_m: points(&robot.footprint_m),
         sonars: robot.sonars.iter().map(sonar).collect(),
         start: pose_of(robot.start),
+        is_elsewhere: robot.is_elsewhere,
+        hand_speed_max_mps: robot.hand_speed_max_mps,
+        hand_turn_rate_max_radps: robot.hand_turn_rate_max_radps,
     }
 }
 
@@ -240,8 +243,9 @@ fn robot_state((id, (robot, info)): (usize, (&ViewRobot, &SceneRobot))) -> Robot
         cross_track_m: robot.cross_track_m.map(rounded),
         stalled: robot.stalled,
         touching: robot.touching,
-        clearance_m: rounded(robot.clearance_m),
-        battery_v: rounded(robot.battery_v),
+        clearance_m: robot.clearance_m.map(rounded),
+        battery_v: robot.battery_v.map(rounded),
+        failure: robot.failure.map(str::to_owned),
     }
 }
 
@@ -261,20 +265,21 @@ fn decision(decision: &ViewDecision, edges: Vec<Edge>) -> DecisionState {
     }
 }
 
-/// Figures by name; what does not apply is left out, so that the page shows only what is known.
+/// Figures by name; null where there is none, or where it is not known.
 fn figures(figures: &ViewFigures) -> Map<String, Value> {
     let all = [
-        ("path_length_m", Some(figures.path_length_m)),
-        ("time_s", Some(figures.time_s)),
-        ("clearance_min_m", Some(figures.clearance_min_m)),
+        ("path_length_m", figures.path_length_m),
+        ("time_s", figures.time_s),
+        ("clearance_min_m", figures.clearance_min_m),
         ("cross_track_rms_m", figures.cross_track_rms_m),
         ("cross_track_max_m", figures.cross_track_max_m),
     ];
-    let known = all.into_iter().filter_map(|(name, value)| {
-        let value = value.filter(|v| v.is_finite())?;
-        Some((name.to_owned(), json!(rounded(value))))
-    });
-    known.chain([("collisions".to_owned(), json!(figures.contacts))]).collect()
+    let number = |value: Option<f64>| value.filter(|v| v.is_finite()).map(rounded);
+    let contacts = ("collisions".to_owned(), json!(figures.contacts));
+    all.into_iter()
+        .map(|(name, value)| (name.to_owned(), json!(number(value))))
+        .chain([contacts])
+        .collect()
 }
 
 /// A packet that passed.
@@ -314,6 +319,7 @@ mod tests {
             seed: 1,
             duration_max_s: 1.0,
             kind: "live",
+            recording: None,
         };
         hello("1".to_owned(), info, &[], &run.scene())
     }

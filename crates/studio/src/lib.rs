@@ -10,7 +10,10 @@
 )]
 
 mod convert;
+mod door;
 mod edges;
+mod history;
+mod library;
 mod mapping;
 mod protocol;
 mod runner;
@@ -18,23 +21,23 @@ mod server;
 mod session;
 
 use std::{
-    net::{Ipv4Addr, SocketAddr},
+    net::SocketAddr,
     path::PathBuf,
     sync::{
-        Arc,
+        Arc, Mutex,
         atomic::{AtomicBool, Ordering},
     },
     thread::JoinHandle,
 };
 
 use anyhow::Context;
+use door::Pages;
+use library::Library;
 use mapping::{Mapping, Player};
-use missions::Mission;
 use runner::Runner;
 use tokio::net::TcpListener;
 
 pub use mapping::Exhibit;
-pub use protocol::MissionName;
 pub use session::{Recordings, Show};
 
 /// The first port tried when none is asked for.
@@ -79,11 +82,12 @@ pub fn serve_until(
     stop: impl Future<Output = ()>,
 ) -> anyhow::Result<Vec<PathBuf>> {
     let house = House::open(options.port)?;
-    let missions = Arc::new(shipped_missions());
+    let library = Arc::new(Mutex::new(Library::shipped()));
     let (runner, remote) =
-        Runner::new(show, missions.clone(), options.speed_ratio).map_err(anyhow::Error::msg)?;
-    let (mapping, player) = Mapping::new(true);
-    let mission = Some((runner, server::MissionPage { remote, missions }));
+        Runner::new(show, library.clone(), options.speed_ratio).map_err(anyhow::Error::msg)?;
+    let pages = Pages::new();
+    let (mapping, player) = Mapping::new(true, pages.clone());
+    let mission = Some((runner, server::MissionPage { remote, library, pages }));
     house.serve(mission, (mapping, player), on_ready, stop)
 }
 
@@ -112,11 +116,11 @@ pub fn serve_survey_until(
     on_ready: impl FnOnce(SocketAddr),
     stop: impl Future<Output = ()>,
 ) -> anyhow::Result<()> {
-    let (mapping, player) = Mapping::new(false);
+    let (mapping, player) = Mapping::new(false, Pages::new());
     if let Some(exhibit) = exhibit {
         mapping.show(exhibit);
     }
-    House::open(port)?.serve(None, (mapping, player), on_ready, stop).map(|_no_recording| ())
+    House::open(port)?.serve(None, (mapping, player), on_ready, stop).map(drop)
 }
 
 /// A port of this computer and the runtime that answers on it.
@@ -133,7 +137,8 @@ impl House {
             .enable_all()
             .build()
             .context("cannot start the web server's runtime")?;
-        let listener = runtime.block_on(listen(port))?;
+        // Sockets belong to a runtime.
+        let listener = runtime.block_on(async { listen(port) })?;
         let address = listener.local_addr().context("cannot tell the server's own address")?;
         Ok(Self { runtime, listener, address })
     }
@@ -158,10 +163,10 @@ impl House {
         spawn("player", &stopping, |stop| player.drive(stop))?;
         on_ready(address);
         let router = server::router(page, mapping, address);
-        let served = runtime.block_on(async {
+        runtime.block_on(async {
             tokio::select! {
-                served = async { axum::serve(listener, router).await } => served.context("the web server ended"),
-                () = stop => Ok(()),
+                () = door::serve(listener, router) => {}
+                () = stop => {}
             }
         });
         stopping.store(true, Ordering::Relaxed);
@@ -170,7 +175,6 @@ impl House {
         let recorded = stepping.map_or(Ok(Ok(Vec::new())), JoinHandle::join);
         let recorded =
             recorded.map_err(|_panic| anyhow::anyhow!("the run ended by a fault of its own"))?;
-        served?;
         recorded.map_err(anyhow::Error::msg)
     }
 }
@@ -211,24 +215,16 @@ async fn interrupted() {
     }
 }
 
-fn shipped_missions() -> Vec<MissionName> {
-    Mission::shipped_infos()
-        .into_iter()
-        .map(|info| MissionName { name: info.name, title: info.title, about: info.about })
-        .collect()
-}
-
-/// Binds this computer's own address.
-async fn listen(port: Option<u16>) -> anyhow::Result<TcpListener> {
-    let bind = |port| TcpListener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, port)));
+/// Takes a port of this computer.
+fn listen(port: Option<u16>) -> anyhow::Result<TcpListener> {
     if let Some(port) = port {
-        return bind(port).await.with_context(|| {
+        return door::listen(port).with_context(|| {
             format!("port {port} on 127.0.0.1 cannot be used; leave --port out to take a free one")
         });
     }
     let last = PORT_FIRST + N_PORTS_TRIED - 1;
     for port in PORT_FIRST..=last {
-        if let Ok(listener) = bind(port).await {
+        if let Ok(listener) = door::listen(port) {
             return Ok(listener);
         }
     }

@@ -17,7 +17,9 @@ mod stage;
 
 use std::sync::{Arc, mpsc};
 
-use tokio::sync::{Mutex, oneshot};
+use tokio::sync::{Mutex, OwnedMutexGuard, oneshot};
+
+use crate::door::Pages;
 
 use self::{
     player::Ask,
@@ -29,8 +31,10 @@ pub(crate) use player::Player;
 pub(crate) use routes::routes;
 pub use source::Exhibit;
 
-/// Largest recording that a page may bring, bytes.
-pub(crate) const UPLOAD_BYTES_MAX: usize = 256 * 1024 * 1024;
+/// Largest recording that a page may bring, bytes. It is kept in memory until it is read, and one at a time.
+pub(crate) const UPLOAD_BYTES_MAX: usize = 48 * 1024 * 1024;
+/// Requests to the player that may wait. A page has one at a time, so they are never this many.
+const N_ASKS_MAX: usize = 64;
 
 /// Recordings that can be made on the spot.
 const SAMPLES: [SampleInfo; 3] = [
@@ -55,14 +59,15 @@ const SAMPLES: [SampleInfo; 3] = [
 #[derive(Clone, Debug)]
 pub(crate) struct Mapping {
     stage: Stage,
-    asks: mpsc::Sender<Ask>,
+    asks: mpsc::SyncSender<Ask>,
+    pages: Pages,
     /// Held while a recording is read or made: one at a time.
     reading: Arc<Mutex<()>>,
 }
 
 impl Mapping {
     /// A player without a recording, and its pages' side. The player ends when every handle is gone.
-    pub(crate) fn new(has_mission: bool) -> (Self, Player) {
+    pub(crate) fn new(has_mission: bool, pages: Pages) -> (Self, Player) {
         let hello = Hello {
             protocol: PROTOCOL,
             cairn: env!("CARGO_PKG_VERSION"),
@@ -72,9 +77,9 @@ impl Mapping {
             samples: SAMPLES.to_vec(),
         };
         let stage = Stage::new(&hello);
-        let (asks, asked) = mpsc::channel();
+        let (asks, asked) = mpsc::sync_channel(N_ASKS_MAX);
         let player = Player::new(stage.clone(), asked);
-        (Self { stage, asks, reading: Arc::new(Mutex::new(())) }, player)
+        (Self { stage, asks, pages, reading: Arc::default() }, player)
     }
 
     /// Hands a request to the player, in the order in which this is called. The answer comes when it is
@@ -94,11 +99,25 @@ impl Mapping {
             told?;
             match sample {
                 Some(sample) => {
-                    mapping.load(sample.title.to_owned(), || source::sample(sample)).await
+                    let reading = mapping.begin_reading()?;
+                    let name = sample.title.to_owned();
+                    mapping.load(reading, name, || source::sample(sample)).await
                 }
                 None => answered.await.unwrap_or_else(|_gone| Err(GONE.to_owned())),
             }
         }
+    }
+
+    /// The right to bring or make a recording, kept until it is dropped: one at a time.
+    ///
+    /// # Errors
+    ///
+    /// A sentence for the person at the page when somebody else has it.
+    fn begin_reading(&self) -> Result<OwnedMutexGuard<()>, String> {
+        self.reading
+            .clone()
+            .try_lock_owned()
+            .map_err(|_taken| "another recording is being read; wait until it is there".to_owned())
     }
 
     /// Makes a recording with `read` on another thread and gives it to the player.
@@ -108,23 +127,28 @@ impl Mapping {
     /// A sentence for the person at the page, who also sees it in place of the map.
     async fn load(
         &self,
+        reading: OwnedMutexGuard<()>,
         name: String,
         read: impl FnOnce() -> Result<source::Loaded, String> + Send + 'static,
     ) -> Result<(), String> {
-        let Ok(_reading) = self.reading.try_lock() else {
-            return Err("another recording is being read; wait until it is there".to_owned());
-        };
         self.tell(Ask::Reading(name.clone()))?;
-        let read = tokio::task::spawn_blocking(read).await;
-        match read
-            .unwrap_or_else(|_panic| Err(format!("{name}: reading it failed by a fault of ours")))
-        {
-            Ok(loaded) => self.tell(Ask::Load(Box::new(loaded))),
-            Err(problem) => {
-                self.tell(Ask::Unreadable { name, problem: problem.clone() })?;
-                Err(problem)
-            }
-        }
+        let mapping = self.clone();
+        // A task of its own: it ends with a word to the player even when the page that asked has left.
+        let loading = tokio::spawn(async move {
+            let read = tokio::task::spawn_blocking(read).await;
+            let read = read.unwrap_or_else(|_panic| {
+                Err(format!("{name}: reading it failed by a fault of ours"))
+            });
+            let told = match read {
+                Ok(loaded) => mapping.tell(Ask::Load(Box::new(loaded))),
+                Err(problem) => mapping
+                    .tell(Ask::Unreadable { name, problem: problem.clone() })
+                    .and(Err(problem)),
+            };
+            drop(reading);
+            told
+        });
+        loading.await.unwrap_or_else(|_gone| Err(GONE.to_owned()))
     }
 
     /// Gives the player a recording that was read already.
@@ -134,7 +158,10 @@ impl Mapping {
     }
 
     fn tell(&self, ask: Ask) -> Result<(), String> {
-        self.asks.send(ask).map_err(|_gone| GONE.to_owned())
+        self.asks.try_send(ask).map_err(|error| match error {
+            mpsc::TrySendError::Full(_) => "too much is asked for at once; try again".to_owned(),
+            mpsc::TrySendError::Disconnected(_) => GONE.to_owned(),
+        })
     }
 }
 

@@ -63,6 +63,15 @@ pub(crate) enum Request {
         /// Its number.
         robot: usize,
     },
+    /// Drive a robot by hand for half a second of its time; to drive on, ask again.
+    Drive {
+        /// Its number.
+        robot: usize,
+        /// Forwards, m/s.
+        speed_mps: f64,
+        /// Counter-clockwise, rad/s.
+        turn_rate_radps: f64,
+    },
     /// Press a button of the smart home for half a second.
     Press {
         /// Its name.
@@ -97,18 +106,24 @@ pub(crate) struct MissionInfo {
     pub about: String,
     pub seed: u64,
     pub duration_max_s: f64,
+    /// `live` or `replay`.
     pub kind: &'static str,
+    /// The file in which this run is recorded.
+    pub recording: Option<String>,
 }
 
 /// A mission that can be chosen.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct MissionName {
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub(crate) struct MissionName {
     /// What `restart` takes.
     pub name: String,
     /// A line for people.
     pub title: String,
     /// A paragraph for people.
     pub about: String,
+    /// It is not among the shipped ones.
+    #[serde(rename = "own")]
+    pub is_own: bool,
 }
 
 /// The fixed part of the world.
@@ -161,6 +176,10 @@ pub(crate) struct RobotInfo {
     pub footprint_m: Vec<Point>,
     pub sonars: Vec<SonarInfo>,
     pub start: Pose,
+    /// It is no body of this simulation: what cannot be measured from outside is not known.
+    pub is_elsewhere: bool,
+    pub hand_speed_max_mps: f64,
+    pub hand_turn_rate_max_radps: f64,
 }
 
 /// The robots beyond those in `robots`, when there are too many to tell everything of each.
@@ -283,8 +302,10 @@ pub(crate) struct RobotState {
     pub cross_track_m: Option<f64>,
     pub stalled: bool,
     pub touching: bool,
-    pub clearance_m: f64,
-    pub battery_v: f64,
+    pub clearance_m: Option<f64>,
+    pub battery_v: Option<f64>,
+    /// Why it gave up, if it did.
+    pub failure: Option<String>,
 }
 
 /// The nine-state machine now.

@@ -4,13 +4,14 @@
 //! is published is the newest state, so a slow page falls behind in frames, never in time.
 
 use std::{
-    path::PathBuf,
-    sync::{Arc, mpsc},
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex, PoisonError, mpsc},
     time::{Duration, Instant},
 };
 
+use axum::extract::ws::Utf8Bytes;
 use geometry::{Se2, Vec2};
-use missions::{Intervention, LogItem as RunLog, LogLevel, Mission, Scene};
+use missions::{Intervention, LogItem as RunLog, LogLevel, Scene};
 use run_context::RunSeed;
 use serde::Serialize;
 use tokio::sync::{broadcast, oneshot, watch};
@@ -18,7 +19,9 @@ use tokio::sync::{broadcast, oneshot, watch};
 use crate::{
     convert::{self, Pace},
     edges::Edges,
-    protocol::{Log, LogItem, MissionInfo, MissionName, Refusal, Request, Trace},
+    history::History,
+    library::Library,
+    protocol::{Log, LogItem, MissionInfo, Refusal, Request, Trace},
     session::{Session, Show},
 };
 
@@ -41,7 +44,11 @@ const TRACE_ITEMS_MAX: usize = 60;
 /// Events kept for a page that connects later.
 const LOG_ITEMS_KEPT: usize = 200;
 /// Messages that a slow page may lag behind before it misses some.
-const NEWS_KEPT: usize = 256;
+const NEWS_KEPT: usize = 64;
+/// Requests that may wait. A page has one at a time, so they are never this many.
+const N_REQUESTS_MAX: usize = 64;
+/// Time between a run's beginning and the next one's, for all pages together.
+const RESTART_PAUSE: Duration = Duration::from_millis(200);
 
 type Answer = oneshot::Sender<Result<(), String>>;
 
@@ -50,7 +57,7 @@ type Answer = oneshot::Sender<Result<(), String>>;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Told {
     pub run: u64,
-    pub text: Arc<str>,
+    pub text: Utf8Bytes,
 }
 
 /// The page's side of the runner.
@@ -64,7 +71,11 @@ pub(crate) struct Remote {
     pub log: watch::Receiver<Told>,
     /// Traces and events as they come, JSON.
     pub news: broadcast::Sender<Told>,
-    requests: mpsc::Sender<(Request, Answer)>,
+    /// The past of the run of that number, for a page that connects.
+    past: Arc<Mutex<(u64, History)>>,
+    requests: mpsc::SyncSender<(Request, Answer)>,
+    /// When the last run began; held by whoever is about to begin another.
+    begun: Arc<tokio::sync::Mutex<Option<tokio::time::Instant>>>,
 }
 
 impl Remote {
@@ -74,9 +85,32 @@ impl Remote {
     ///
     /// A sentence for the person at the page.
     pub(crate) async fn ask(&self, request: Request) -> Result<(), String> {
+        if !matches!(request, Request::Restart { .. }) {
+            return self.hand_over(request).await;
+        }
+        // A run that begins costs more than anything else that a page can ask for.
+        let mut begun = self.begun.lock().await;
+        if let Some(last) = *begun {
+            tokio::time::sleep_until(last + RESTART_PAUSE).await;
+        }
+        let outcome = self.hand_over(request).await;
+        *begun = Some(tokio::time::Instant::now());
+        outcome
+    }
+
+    /// The past of a run, JSON; empty when another runs by now.
+    pub(crate) fn past_of(&self, run: u64) -> Utf8Bytes {
+        let mut past = self.past.lock().unwrap_or_else(PoisonError::into_inner);
+        if past.0 == run { past.1.text() } else { Utf8Bytes::default() }
+    }
+
+    async fn hand_over(&self, request: Request) -> Result<(), String> {
         let (answer, answered) = oneshot::channel();
         let gone = || "the run has been shut down".to_owned();
-        self.requests.send((request, answer)).map_err(|_gone| gone())?;
+        self.requests.try_send((request, answer)).map_err(|error| match error {
+            mpsc::TrySendError::Full(_) => "too much is asked for at once; try again".to_owned(),
+            mpsc::TrySendError::Disconnected(_) => gone(),
+        })?;
         answered.await.unwrap_or_else(|_gone| Err(gone()))
     }
 }
@@ -92,7 +126,10 @@ struct Outlets {
 /// A run, how it is paced, and who watches.
 pub(crate) struct Runner {
     show: Show,
-    missions: Arc<Vec<MissionName>>,
+    library: Arc<Mutex<Library>>,
+    /// The mission's name in the list.
+    mission_name: String,
+    past: Arc<Mutex<(u64, History)>>,
     session: Session,
     scene: Scene,
     edges: Edges,
@@ -121,7 +158,7 @@ impl Runner {
     /// Makes a runner and the remote that steers it.
     pub(crate) fn new(
         mut show: Show,
-        missions: Arc<Vec<MissionName>>,
+        library: Arc<Mutex<Library>>,
         speed_ratio: f64,
     ) -> Result<(Self, Remote), String> {
         let session = Session::start(&mut show)?;
@@ -135,17 +172,26 @@ impl Runner {
         let (state, state_out) = watch::channel(Told::default());
         let (log, log_out) = watch::channel(Told::default());
         let (news, _) = broadcast::channel(NEWS_KEPT);
-        let (ask, requests) = mpsc::channel();
+        let (ask, requests) = mpsc::sync_channel(N_REQUESTS_MAX);
+        let past = Arc::default();
+        let mission_name = match &show {
+            Show::Mission { mission, .. } => in_list(&library).keep(mission),
+            Show::Replay(_) => session.run().mission().name().to_owned(),
+        };
         let remote = Remote {
             hello: hello_out,
             state: state_out,
             log: log_out,
             news: news.clone(),
+            past: Arc::clone(&past),
             requests: ask,
+            begun: Arc::default(),
         };
         let mut runner = Self {
             show,
-            missions,
+            library,
+            mission_name,
+            past,
             session,
             scene: Scene::default(),
             edges: Edges::default(),
@@ -202,24 +248,40 @@ impl Runner {
         if is_crowd { FRAMES_PER_STATE_OF_CROWD } else { 1 }
     }
 
-    /// Carries out what is asked for until the frame ends, each with a state at once; `false` when
-    /// nobody can ask any more.
+    /// Carries out what is asked for until the frame ends; `false` when nobody can ask any more.
+    ///
+    /// What waits already is carried out together and shown in one state: many pages that ask without a pause get
+    /// no more states than the frames have.
     fn listen(&mut self, frame_ends: Instant) -> bool {
+        let mut answers = Vec::new();
         loop {
-            let rest = frame_ends.saturating_duration_since(Instant::now());
+            let rest = if answers.is_empty() {
+                frame_ends.saturating_duration_since(Instant::now())
+            } else {
+                Duration::ZERO
+            };
             match self.requests.recv_timeout(rest) {
-                Ok((request, answer)) => {
-                    let outcome = self.carry_out(request);
-                    self.publish();
-                    // A page that left does not wait for its answer.
-                    drop(answer.send(outcome));
-                }
-                Err(mpsc::RecvTimeoutError::Timeout) => return true,
+                Ok((request, answer)) => answers.push((answer, self.carry_out(request))),
+                Err(mpsc::RecvTimeoutError::Timeout) if answers.is_empty() => return true,
+                Err(mpsc::RecvTimeoutError::Timeout) => self.answer(&mut answers),
                 Err(mpsc::RecvTimeoutError::Disconnected) => return false,
             }
             if Instant::now() >= frame_ends {
+                self.answer(&mut answers);
                 return true;
             }
+        }
+    }
+
+    /// Shows what became of the requests, and answers them.
+    fn answer(&mut self, answers: &mut Vec<(Answer, Result<(), String>)>) {
+        if answers.is_empty() {
+            return;
+        }
+        self.publish();
+        for (answer, outcome) in answers.drain(..) {
+            // A page that left does not wait for its answer.
+            drop(answer.send(outcome));
         }
     }
 
@@ -264,6 +326,7 @@ impl Runner {
             }
         };
         self.edges.look(self.session.run());
+        self.past.lock().unwrap_or_else(PoisonError::into_inner).1.look(self.session.run());
         let verdict_falls = !self.verdict_seen && self.session.run().finished().is_some();
         self.verdict_seen |= verdict_falls;
         if verdict_falls || !more {
@@ -327,9 +390,25 @@ impl Runner {
                     .apply(Intervention::SendGoal { robot, goal_in_map: Se2::new(x, y, yaw) })?;
             }
             Request::Stop { robot } => self.session.apply(Intervention::Stop { robot })?,
+            Request::Drive { robot, speed_mps, turn_rate_radps } => {
+                self.drive_by_hand(Intervention::Drive { robot, speed_mps, turn_rate_radps })?;
+            }
             Request::Press { device } => {
                 self.session.apply(Intervention::PressButton { device })?;
             }
+        }
+        Ok(())
+    }
+
+    /// Nobody steers what is faster than life.
+    fn drive_by_hand(&mut self, drive: Intervention) -> Result<(), String> {
+        if !self.playing && !self.session.is_replay() {
+            return Err("time stands still: press Play to drive".to_owned());
+        }
+        self.session.apply(drive)?;
+        if self.speed_ratio > 1.0 {
+            self.speed_ratio = 1.0;
+            self.pace_afresh();
         }
         Ok(())
     }
@@ -345,11 +424,7 @@ impl Runner {
         }
         let mut show = self.show.clone();
         if let Some(name) = mission {
-            // Only shipped names: a page must not make the program read files.
-            if !self.missions.iter().any(|known| known.name == name) {
-                return Err(format!("there is no mission `{name}`"));
-            }
-            let mission = Mission::load(name, &[]).map_err(|error| error.to_string())?;
+            let mission = in_list(&self.library).find(name)?;
             let seed = mission.seed();
             let record = match show {
                 Show::Mission { record, .. } => record,
@@ -361,6 +436,7 @@ impl Runner {
             *present = seed.map_or(*present, RunSeed);
         }
         let ended = std::mem::replace(&mut self.session, Session::start(&mut show)?);
+        self.mission_name = mission.map_or_else(|| self.mission_name.clone(), str::to_owned);
         let recorded = ended.finish();
         self.run_number += 1;
         self.show = show;
@@ -380,23 +456,29 @@ impl Runner {
 
     /// Publishes the greeting of a new run.
     fn greet(&mut self) {
+        let recording = self.session.recording().and_then(Path::file_name);
+        let recording = recording.map(|name| name.to_string_lossy().into_owned());
         let run = self.session.run_mut();
         self.scene = run.scene();
         // A crowd has no links to look at.
         run.set_trace(convert::n_robots_in_full(&self.scene) == self.scene.robots.len());
         self.edges = Edges::of(run);
+        let past = (self.run_number, History::new(convert::n_robots_in_full(&self.scene)));
+        *self.past.lock().unwrap_or_else(PoisonError::into_inner) = past;
         let mission = run.mission();
         let info = MissionInfo {
-            name: mission.name().to_owned(),
+            name: self.mission_name.clone(),
             title: mission.title().to_owned(),
             about: mission.about().to_owned(),
             seed: run.seed().0,
             duration_max_s: mission.duration_max().as_secs_f64(),
             kind: if self.show.is_replay() { "replay" } else { "live" },
+            recording,
         };
         // Differs from every other run of this and of other programs on this port.
         let run = format!("{}-{}", std::process::id(), self.run_number);
-        let hello = convert::hello(run, info, &self.missions, &self.scene);
+        let missions = in_list(&self.library).names();
+        let hello = convert::hello(run, info, &missions, &self.scene);
         self.outlets.hello.send_replace(self.told(&hello));
         self.outlets.log.send_replace(self.told(&Log { items: Vec::new() }));
         let step = self.session.run().steps();
@@ -426,6 +508,7 @@ impl Runner {
             achieved_ratio: if self.playing { self.achieved_ratio } else { 0.0 },
         };
         let edges = self.edges.publish();
+        self.past.lock().unwrap_or_else(PoisonError::into_inner).1.keep_edges(&edges);
         let state = convert::state(self.session.run(), &self.scene, pace, edges);
         self.outlets.state.send_replace(self.told(&state));
     }
@@ -441,4 +524,9 @@ impl Runner {
         let text = serde_json::to_string(message).unwrap_or_default();
         Told { run: self.run_number, text: text.into() }
     }
+}
+
+/// A list that a page damaged while it looked is still a list.
+fn in_list(library: &Mutex<Library>) -> std::sync::MutexGuard<'_, Library> {
+    library.lock().unwrap_or_else(PoisonError::into_inner)
 }

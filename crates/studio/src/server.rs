@@ -3,41 +3,63 @@
 //! It answers this computer only. The socket is refused to pages of other origins, so that no web
 //! site that happens to be open in the same browser can steer a robot.
 
-use std::net::SocketAddr;
+use std::{
+    borrow::Cow,
+    net::SocketAddr,
+    sync::{Arc, Mutex, PoisonError},
+    time::Duration,
+};
 
 use axum::{
     Json, Router,
+    body::{Body, to_bytes},
     extract::{
-        Path, Request as HttpRequest, State as Shared, WebSocketUpgrade,
-        ws::{Message, WebSocket},
+        Path, Query, Request as HttpRequest, State as Shared, WebSocketUpgrade,
+        ws::{Message, Utf8Bytes, WebSocket},
     },
     http::{HeaderMap, HeaderValue, StatusCode, header},
     middleware::{self, Next},
-    response::{Html, IntoResponse, Redirect, Response},
-    routing::get,
+    response::{IntoResponse, Redirect, Response},
+    routing::{get, post},
 };
-use futures_util::{SinkExt, StreamExt, stream::SplitSink};
+use futures_util::{
+    FutureExt, SinkExt, StreamExt,
+    future::{BoxFuture, OptionFuture},
+    stream::{SplitSink, SplitStream},
+};
 use rust_embed::RustEmbed;
-use tokio::sync::broadcast::error::RecvError;
+use serde::Deserialize;
+use tokio::sync::{
+    OwnedSemaphorePermit,
+    broadcast::{self, error::RecvError},
+    watch,
+};
 
 use crate::{
+    door::{self, Allowance, Pages},
+    library::{self, Library},
     mapping::{self, Mapping},
     protocol::{MissionName, Refusal, Request},
-    runner::Remote,
+    runner::{Remote, Told},
 };
 
 #[derive(RustEmbed)]
 #[folder = "web/dist"]
 struct Assets;
 
-/// Longest message the page may send, bytes; its requests are below 200.
-const REQUEST_BYTES_MAX: usize = 64 * 1024;
+/// Longest message the page may send, bytes; its requests are below 200. A page that sends more is shown out.
+const REQUEST_BYTES_MAX: usize = 4 * 1024;
+/// Longest mission that a page may bring, bytes: ten times the longest that is shipped.
+const MISSION_BYTES_MAX: usize = 256 * 1024;
+/// Time in which it must be there.
+const MISSION_PATIENCE: Duration = Duration::from_secs(10);
 
 /// The mission page: the run that it shows, and the missions that it offers.
 #[derive(Clone)]
 pub(crate) struct MissionPage {
     pub remote: Remote,
-    pub missions: std::sync::Arc<Vec<MissionName>>,
+    pub library: Arc<Mutex<Library>>,
+    pub pages: Pages,
 }
 
 /// All routes of the studio. Without a mission the mapping page stands in its place.
@@ -50,6 +72,7 @@ pub(crate) fn router(
         Some(mission) => Router::new()
             .route("/", get(|| async { page("index.html") }))
             .route("/api/missions", get(missions))
+            .route("/api/mission", post(bring_mission))
             .route("/ws", get(socket))
             .with_state(mission),
         None => Router::new().route("/", get(|| async { Redirect::temporary("/map") })),
@@ -96,8 +119,19 @@ fn content_policy(port: u16) -> String {
 
 fn page(name: &str) -> Response {
     match Assets::get(name) {
-        Some(file) => Html(file.data.into_owned()).into_response(),
+        Some(file) => {
+            let kind = (header::CONTENT_TYPE, "text/html; charset=utf-8");
+            ([kind], content(file.data)).into_response()
+        }
         None => (StatusCode::NOT_FOUND, "the page is not part of this build").into_response(),
+    }
+}
+
+/// What is embedded is sent from where it is: a client that does not take it costs nothing.
+fn content(data: Cow<'static, [u8]>) -> Body {
+    match data {
+        Cow::Borrowed(bytes) => Body::from(bytes),
+        Cow::Owned(bytes) => Body::from(bytes),
     }
 }
 
@@ -113,17 +147,59 @@ async fn asset(Path(name): Path<String>) -> Response {
         Some("txt") => "text/plain; charset=utf-8",
         _ => "application/octet-stream",
     };
-    ([(header::CONTENT_TYPE, kind)], file.data.into_owned()).into_response()
+    ([(header::CONTENT_TYPE, kind)], content(file.data)).into_response()
 }
 
 async fn missions(Shared(app): Shared<MissionPage>) -> Json<Vec<MissionName>> {
-    Json(app.missions.to_vec())
+    Json(app.library.lock().unwrap_or_else(PoisonError::into_inner).names())
+}
+
+/// The file's name of a mission that a page brings.
+#[derive(Deserialize)]
+struct Brought {
+    name: String,
+}
+
+/// Reads a mission that a page brings, puts it into the list and begins it.
+async fn bring_mission(
+    Shared(app): Shared<MissionPage>,
+    Query(brought): Query<Brought>,
+    request: HttpRequest,
+) -> Response {
+    let file: String = brought.name.chars().filter(|c| !c.is_control()).take(200).collect();
+    let body =
+        tokio::time::timeout(MISSION_PATIENCE, to_bytes(request.into_body(), MISSION_BYTES_MAX));
+    let Ok(Ok(body)) = body.await else {
+        let text = format!(
+            "{file}: a mission that a page brings has at most {} kB and comes within ten seconds",
+            MISSION_BYTES_MAX / 1024
+        );
+        return (StatusCode::PAYLOAD_TOO_LARGE, text).into_response();
+    };
+    let library = app.library.clone();
+    let read = tokio::task::spawn_blocking(move || {
+        let text = std::str::from_utf8(&body)
+            .map_err(|error| format!("{file}: a mission is text in UTF-8: {error}"))?;
+        let mission = library::read(&file, text.strip_prefix('\u{feff}').unwrap_or(text))?;
+        Ok::<_, String>(library.lock().unwrap_or_else(PoisonError::into_inner).keep(&mission))
+    });
+    let begun = match read.await {
+        Ok(Ok(name)) => app.remote.ask(Request::Restart { seed: None, mission: Some(name) }).await,
+        Ok(Err(text)) => Err(text),
+        Err(_) => Err("reading it failed by a fault of ours".to_owned()),
+    };
+    match begun {
+        Ok(()) => StatusCode::NO_CONTENT.into_response(),
+        Err(text) => (StatusCode::UNPROCESSABLE_ENTITY, text).into_response(),
+    }
 }
 
 async fn socket(Shared(app): Shared<MissionPage>, upgrade: WebSocketUpgrade) -> Response {
-    upgrade
-        .max_message_size(REQUEST_BYTES_MAX)
-        .on_upgrade(move |socket| serve_page(app.remote, socket))
+    match app.pages.enter() {
+        Ok(place) => door::bounded(upgrade, REQUEST_BYTES_MAX)
+            .on_upgrade(move |socket| Guest::new(app.remote, socket, place).serve()),
+        Err(text) => (StatusCode::SERVICE_UNAVAILABLE, text).into_response(),
+    }
 }
 
 /// Whether the request comes from a page that this server served.
@@ -148,76 +224,146 @@ fn is_own_page(headers: &HeaderMap, port: u16) -> bool {
     host_is_ours && origin_is_ours
 }
 
-type Outbox = SplitSink<WebSocket, Message>;
+/// One page with what it has been sent.
+struct Guest {
+    remote: Remote,
+    outbox: SplitSink<WebSocket, Message>,
+    inbox: SplitStream<WebSocket>,
+    hello: watch::Receiver<Told>,
+    state: watch::Receiver<Told>,
+    news: broadcast::Receiver<Told>,
+    /// The run that this page has been greeted with; it hears of no other.
+    run: Option<u64>,
+    allowance: Allowance,
+    /// What it has asked for and was not answered yet: one thing at a time, the next waits in its socket.
+    asked: OptionFuture<BoxFuture<'static, Result<(), String>>>,
+    /// The robot that it drives by hand.
+    drives: Option<usize>,
+    _place: OwnedSemaphorePermit,
+}
 
-/// Serves one page until it leaves. A slow page misses states, never memory.
-async fn serve_page(remote: Remote, socket: WebSocket) {
-    let (mut outbox, mut inbox) = socket.split();
-    let mut hello = remote.hello.clone();
-    let mut state = remote.state.clone();
-    let mut news = remote.news.subscribe();
-    hello.mark_changed();
-    // The run that this page has been greeted with; it hears of no other.
-    let mut run = None;
-    loop {
-        let sent = tokio::select! {
-            biased;
-            request = inbox.next() => match request {
-                Some(Ok(Message::Text(text))) => answer(&remote, &mut outbox, &text).await,
-                Some(Ok(Message::Close(_)) | Err(_)) | None => return,
-                Some(Ok(_)) => Ok(()),
-            },
-            changed = hello.changed() => {
-                if changed.is_err() {
-                    return;
+impl Guest {
+    fn new(remote: Remote, socket: WebSocket, place: OwnedSemaphorePermit) -> Self {
+        let (outbox, inbox) = socket.split();
+        let (hello, state, news) =
+            (remote.hello.clone(), remote.state.clone(), remote.news.subscribe());
+        Self {
+            remote,
+            outbox,
+            inbox,
+            hello,
+            state,
+            news,
+            run: None,
+            allowance: Allowance::new(),
+            asked: None.into(),
+            drives: None,
+            _place: place,
+        }
+    }
+
+    /// Serves the page until it leaves, and takes its hand off the robot then.
+    async fn serve(mut self) {
+        self.talk().await;
+        if let Some(robot) = self.drives {
+            let stand = Request::Drive { robot, speed_mps: 0.0, turn_rate_radps: 0.0 };
+            // A run that is over or stands still moves nobody.
+            drop(self.remote.ask(stand).await);
+        }
+    }
+
+    /// A slow page misses states, never memory.
+    async fn talk(&mut self) {
+        self.hello.mark_changed();
+        let mut is_busy = false;
+        loop {
+            let sent = tokio::select! {
+                biased;
+                Some(outcome) = &mut self.asked, if is_busy => {
+                    is_busy = false;
+                    self.asked = None.into();
+                    self.refuse(outcome).await
                 }
-                let greeting = hello.borrow_and_update().clone();
-                run = Some(greeting.run);
-                state.mark_changed();
-                let log = remote.log.borrow().clone();
-                match send(&mut outbox, &greeting.text).await {
-                    Ok(()) if log.run == greeting.run => send(&mut outbox, &log.text).await,
-                    sent => sent,
+                request = self.inbox.next(), if !is_busy => match request {
+                    Some(Ok(Message::Text(text))) => {
+                        self.allowance.take().await;
+                        is_busy = true;
+                        self.ask(&text);
+                        Ok(())
+                    }
+                    Some(Ok(Message::Close(_)) | Err(_)) | None => return,
+                    Some(Ok(_)) => {
+                        self.allowance.take().await;
+                        Ok(())
+                    }
+                },
+                changed = self.hello.changed() => match changed {
+                    Ok(()) => self.greet().await,
+                    Err(_) => return,
+                },
+                item = self.news.recv() => match item {
+                    Ok(item) if self.run == Some(item.run) => self.send(item.text).await,
+                    Ok(_) | Err(RecvError::Lagged(_)) => Ok(()),
+                    Err(RecvError::Closed) => return,
+                },
+                changed = self.state.changed() => {
+                    if changed.is_err() {
+                        return;
+                    }
+                    let newest = self.state.borrow_and_update().clone();
+                    if self.run == Some(newest.run) { self.send(newest.text).await } else { Ok(()) }
                 }
+            };
+            if sent.is_err() {
+                return;
             }
-            item = news.recv() => match item {
-                Ok(item) if run == Some(item.run) => send(&mut outbox, &item.text).await,
-                Ok(_) | Err(RecvError::Lagged(_)) => Ok(()),
-                Err(RecvError::Closed) => return,
-            },
-            changed = state.changed() => {
-                if changed.is_err() {
-                    return;
+        }
+    }
+
+    /// Tells of a run that the page does not know yet.
+    async fn greet(&mut self) -> Result<(), axum::Error> {
+        let greeting = self.hello.borrow_and_update().clone();
+        self.run = Some(greeting.run);
+        self.state.mark_changed();
+        let log = self.remote.log.borrow().clone();
+        self.send(greeting.text).await?;
+        if log.run == greeting.run {
+            self.send(log.text).await?;
+        }
+        self.send(self.remote.past_of(greeting.run)).await
+    }
+
+    async fn send(&mut self, text: Utf8Bytes) -> Result<(), axum::Error> {
+        if text.is_empty() {
+            return Ok(());
+        }
+        self.outbox.send(Message::Text(text)).await
+    }
+
+    /// Begins to hand a request on.
+    fn ask(&mut self, text: &str) {
+        let outcome = match serde_json::from_str::<Request>(text) {
+            Ok(request) => {
+                if let Request::Drive { robot, speed_mps, turn_rate_radps } = request {
+                    let moves = speed_mps != 0.0 || turn_rate_radps != 0.0;
+                    self.drives = moves.then_some(robot);
                 }
-                let newest = state.borrow_and_update().clone();
-                if run == Some(newest.run) { send(&mut outbox, &newest.text).await } else { Ok(()) }
+                let remote = self.remote.clone();
+                async move { remote.ask(request).await }.boxed()
+            }
+            Err(error) => {
+                let text = format!("this message was not understood: {error}");
+                std::future::ready(Err(text)).boxed()
             }
         };
-        if sent.is_err() {
-            return;
-        }
+        self.asked = Some(outcome).into();
     }
-}
 
-async fn send(outbox: &mut Outbox, text: &str) -> Result<(), axum::Error> {
-    if text.is_empty() {
-        return Ok(());
-    }
-    outbox.send(Message::Text(text.into())).await
-}
-
-/// Hands a request on, and tells the page when that cannot be done.
-async fn answer(remote: &Remote, outbox: &mut Outbox, text: &str) -> Result<(), axum::Error> {
-    let outcome = match serde_json::from_str::<Request>(text) {
-        Ok(request) => remote.ask(request).await,
-        Err(error) => Err(format!("this message was not understood: {error}")),
-    };
-    match outcome {
-        Ok(()) => Ok(()),
-        Err(text) => {
-            let refusal = serde_json::to_string(&Refusal { text }).unwrap_or_default();
-            send(outbox, &refusal).await
-        }
+    /// Tells the page why its request could not be carried out, if so.
+    async fn refuse(&mut self, outcome: Result<(), String>) -> Result<(), axum::Error> {
+        let Err(text) = outcome else { return Ok(()) };
+        let refusal = serde_json::to_string(&Refusal { text }).unwrap_or_default();
+        self.send(refusal.into()).await
     }
 }
 

@@ -105,6 +105,18 @@ impl Session {
         }
     }
 
+    /// The file in which it is recorded.
+    pub(crate) fn recording(&self) -> Option<&std::path::Path> {
+        match self {
+            Self::Live { recorder: Some(recorder), .. } => Some(recorder.path()),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn is_replay(&self) -> bool {
+        matches!(self, Self::Replay(_))
+    }
+
     pub(crate) fn run(&self) -> &Run {
         match self {
             Self::Live { run, .. } => run,

@@ -214,10 +214,10 @@ fn a_log_that_cannot_be_read_is_told_and_the_one_before_stays() {
 #[test]
 fn a_log_above_the_limit_is_refused_with_a_way_out() {
     let studio = MappingStudio::empty();
-    let length = 256 * 1024 * 1024 + 1;
+    let length = 48 * 1024 * 1024 + 1;
     let (status, text) = studio.post("/map/recording?name=huge.log", b"FLASER", Some(length));
     assert!(status.contains("413"), "{status}");
-    assert!(text.contains("256 MB") && text.contains("cairn map"), "{text}");
+    assert!(text.contains("48 MB") && text.contains("cairn map"), "{text}");
 }
 
 #[test]
@@ -301,4 +301,41 @@ fn a_page_that_does_not_read_holds_up_nobody() {
     drop(lazy);
     page.send(&json!({"type": "step"}));
     page.state(|s| scan_of(s, 0) == 11);
+}
+
+/// A second upload is refused at once, with its body unread; a slow one is given up.
+#[test]
+fn one_recording_at_a_time_and_not_for_ever() {
+    let studio = MappingStudio::empty();
+    let mut slow = std::net::TcpStream::connect(studio.address).unwrap();
+    let head = format!(
+        "POST /map/recording?name=slow.log HTTP/1.1\r\nHost: {}\r\nContent-Length: 1000\r\n\r\nFLASER",
+        studio.address
+    );
+    std::io::Write::write_all(&mut slow, head.as_bytes()).unwrap();
+    // Until it is heard, the other one is still taken.
+    loop {
+        let (status, text) = studio.post("/map/recording?name=other.log", b"no log", Some(6));
+        if status.contains("409") {
+            assert!(text.contains("another recording is being read"), "{text}");
+            break;
+        }
+    }
+    let mut answer = String::new();
+    std::io::Read::read_to_string(&mut slow, &mut answer).unwrap();
+    assert!(answer.contains("408") && answer.contains("too slowly"), "{answer}");
+    let (status, _) = studio.post("/map/recording?name=other.log", b"no log", None);
+    assert!(status.contains("422"), "and the next one is taken: {status}");
+}
+
+/// The page's messages are short; what is longer is not even taken in.
+#[test]
+fn a_page_that_sends_too_much_is_shown_out() {
+    let studio = MappingStudio::empty();
+    let mut page = studio.page();
+    page.send_text(&" ".repeat(1024 * 1024));
+    assert!(page.is_shown_out());
+    let mut other = studio.page();
+    other.send(&json!({"type": "sample", "name": "nothing"}));
+    assert!(other.error().contains("no recording"));
 }

@@ -19,6 +19,7 @@ fn a_page_is_greeted_told_the_log_and_shown_states() {
     );
     assert!(hello["missions"].as_array().unwrap().len() > 3);
     assert_eq!(page.next()["type"], "log");
+    assert_eq!(page.next()["type"], "history");
     let first = page.state(|_| true);
     assert_eq!((&first["playing"], &first["robots"][0]["id"]), (&json!(true), &json!(0)));
     page.state(|s| step_of(s) > step_of(&first) + 20);
@@ -232,6 +233,7 @@ fn a_page_that_comes_late_hears_the_log_so_far() {
         item["level"] == "good" && item["text"].as_str().unwrap().starts_with("passed")
     };
     assert!(log["items"].as_array().unwrap().iter().any(passed), "{log}");
+    assert_eq!(late.next()["type"], "history");
     assert!(!late.next()["verdict"].is_null(), "and the state comes at once");
 }
 
@@ -340,4 +342,76 @@ fn a_crowd_is_told_ten_times_a_second_in_brief() {
     assert_eq!(first["crowd"].as_array().unwrap().len(), 999);
     assert!(first.to_string().len() < 60_000);
     page.state(|s| step_of(s) > step_of(&first));
+}
+
+#[test]
+fn a_page_that_comes_late_sees_the_way_driven_and_the_curves() {
+    let studio = Studio::of("one-obstacle", 20.0);
+    let mut page = studio.page();
+    let held = page.state(|s| s["t_s"].as_f64().unwrap() > 20.0);
+    let history = studio.page().until("history", |_| true);
+    let t_s = history["t_s"].as_array().unwrap();
+    let last_s = t_s.last().unwrap().as_f64().unwrap();
+    assert!(t_s[0].as_f64().unwrap() <= 0.2 && last_s >= held["t_s"].as_f64().unwrap() - 0.2);
+    let truth = history["robots"][0]["truth"].as_array().unwrap();
+    assert_eq!(truth.len(), 2 * t_s.len());
+    let x_m = |i: usize| truth[2 * i].as_f64().unwrap();
+    assert!(x_m(t_s.len() - 1) - x_m(0) > 1.0, "it has driven");
+    assert_eq!(history["clearance_m"].as_array().unwrap().len(), t_s.len());
+}
+
+#[test]
+fn a_page_drives_by_hand_and_its_end_stops_the_robot() {
+    let studio = Studio::of("one-obstacle", 4.0);
+    let (mut page, mut other) = (studio.page(), studio.page());
+    other.state(|s| s["t_s"].as_f64().unwrap() > 1.0);
+    let drive = json!({"type": "drive", "robot": 0, "speed_mps": 0.2, "turn_rate_radps": 0.0});
+    for _ in 0..10 {
+        page.send(&drive);
+        let before = page.state(|_| true);
+        page.state(|s| s["t_s"].as_f64().unwrap() >= before["t_s"].as_f64().unwrap() + 0.1);
+    }
+    let driven = page.state(|s| s["robots"][0]["phase"] == "driven by hand");
+    assert_eq!(driven["speed_ratio"], 1.0, "nobody steers what is faster than life");
+    assert!(driven["robots"][0]["wheels_mps"][0].as_f64().unwrap() > 0.05, "{driven}");
+    drop(page);
+    let stopped = other.state(|s| s["robots"][0]["phase"] != "driven by hand");
+    other.state(|s| s["robots"][0]["wheels_mps"][0].as_f64().unwrap().abs() < 1e-3);
+    let after_s = stopped["t_s"].as_f64().unwrap() - driven["t_s"].as_f64().unwrap();
+    assert!(after_s < 1.5, "{after_s} s");
+    other.pause();
+    other.send(&drive);
+    assert!(other.error().contains("press Play"));
+}
+
+#[test]
+fn own_missions_are_brought_by_a_page_and_stay_in_the_list() {
+    let studio = Studio::of("doorbell", 1.0);
+    let mut page = studio.page();
+    page.until("hello", |_| true);
+    let mine = "[mission]\nname = \"mine\"\nduration_max_s = 9.0\n\
+                [world]\nbounds_m = [-1.0, -1.0, 1.0, 1.0]\n[[robots]]\nname = \"robot\"\n\
+                [robots.navigator]\nroute = \"direct\"\n";
+    let (status, _) = studio.post("/api/mission?name=mine.toml", mine.as_bytes());
+    assert!(status.contains("204"), "{status}");
+    let is_own = |hello: &Value| {
+        let all = hello["missions"].as_array().unwrap().clone();
+        all.iter().any(|m| m["name"] == "mine" && m["own"] == true)
+    };
+    let hello = page.until("hello", |_| true);
+    assert!(hello["mission"]["name"] == "mine" && is_own(&hello), "{hello}");
+    page.send(&json!({"type": "restart", "seed": null, "mission": "doorbell"}));
+    let hello = page.until("hello", |_| true);
+    assert!(hello["mission"]["name"] == "doorbell" && is_own(&hello), "it stays");
+    page.send(&json!({"type": "restart", "seed": null, "mission": "mine"}));
+    assert_eq!(page.until("hello", |_| true)["mission"]["name"], "mine");
+    let wrong = mine.replace("duration_max_s", "duration");
+    let (status, text) = studio.post("/api/mission?name=wrong.toml", wrong.as_bytes());
+    assert!(
+        status.contains("422") && text.contains("wrong.toml") && text.contains("line 3"),
+        "{text}"
+    );
+    let (status, _) = studio.post("/api/mission?name=x.toml", &vec![b'#'; 300 * 1024]);
+    assert!(status.contains("413"), "{status}");
+    page.pause();
 }

@@ -149,6 +149,11 @@ impl RobotMetrics {
         self.last = pose;
     }
 
+    /// Whether it was given a goal.
+    pub(super) fn has_goal(&self) -> bool {
+        self.goal_step.is_some()
+    }
+
     /// Whether what the robot touches is known: it is simulated here.
     pub(super) fn is_simulated(&self) -> bool {
         self.body.is_some()

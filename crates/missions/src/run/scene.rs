@@ -8,7 +8,7 @@ use super::Run;
 use crate::{
     mission::{
         Parts,
-        plan::{Action, DevicePlan, DeviceWiring, GoalPose, Requirement, RobotPlan},
+        plan::{Action, DevicePlan, DeviceWiring, GoalPose, LinkPlan, Requirement, RobotPlan},
     },
     view::{
         Scene, SceneDevice, SceneFunction, SceneLink, SceneOperand, ScenePheromones, SceneProgram,
@@ -89,6 +89,7 @@ fn robot(plan: &RobotPlan, goal_tolerance_m: Option<f64>) -> SceneRobot {
         half_angle_rad: plan.sonar.half_angle_rad,
         range_max_m: plan.sonar.range_max_m,
     };
+    let by_hand = super::hand::limits(&plan.model);
     SceneRobot {
         name: plan.name.clone(),
         model: plan.model.title.clone(),
@@ -96,6 +97,9 @@ fn robot(plan: &RobotPlan, goal_tolerance_m: Option<f64>) -> SceneRobot {
         sonars: plan.model.sonars.iter().take(super::show::N_SONARS_SHOWN).map(sonar).collect(),
         start: plan.start,
         goal_tolerance_m,
+        is_elsewhere: matches!(plan.link, LinkPlan::Tcp { .. } | LinkPlan::Serial { .. }),
+        hand_speed_max_mps: by_hand.speed_max_mps,
+        hand_turn_rate_max_radps: by_hand.turn_rate_max_radps,
     }
 }
 

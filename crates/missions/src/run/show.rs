@@ -68,8 +68,9 @@ fn robot(run: &Run, vehicle: &Vehicle, metrics: &RobotMetrics) -> ViewRobot {
             .or(status.map(|s| s.stalled))
             .is_some_and(|s| s[0] || s[1]),
         touching: body.is_some_and(|b| b.touching),
-        clearance_m: vehicle.body.map_or(0.0, |id| run.world.clearance_m(id)),
-        battery_v: status.map_or(0.0, |s| s.battery_v),
+        clearance_m: vehicle.body.and_then(|id| finite(run.world.clearance_m(id))),
+        battery_v: status.map(|s| s.battery_v),
+        failure: vehicle.failure(),
     }
 }
 
@@ -111,13 +112,13 @@ fn timer_total_ms(functions: &[decision::Function], index: usize) -> Option<u64>
 }
 
 fn figures(run: &Run) -> ViewFigures {
-    let contacts = run.metrics.iter().map(|m| m.contacts).sum();
     let Some(first) = run.metrics.first() else { return ViewFigures::default() };
+    let all_known = run.metrics.iter().all(RobotMetrics::is_simulated);
     ViewFigures {
-        path_length_m: first.path_length_m,
-        time_s: first.drive_time_s(run.steps),
-        clearance_min_m: finite(first.clearance_min_m()).unwrap_or(0.0),
-        contacts,
+        path_length_m: Some(first.path_length_m),
+        time_s: first.has_goal().then(|| first.drive_time_s(run.steps)),
+        clearance_min_m: finite(first.clearance_min_m()),
+        contacts: all_known.then(|| run.metrics.iter().map(|m| m.contacts).sum()),
         cross_track_rms_m: first.cross_track_rms_m(),
         cross_track_max_m: first.cross_track_max_m(),
     }

@@ -9,6 +9,7 @@ use drivers::{
 use geometry::Transform2;
 use navigator::{Command, Navigator, Phase, RobotStatus, Sensed};
 use pheromones::{Field, ServerConfig};
+use robot_models::WheelSpeeds;
 use run_context::{RunSeed, Stamp, StateHash};
 use simulator::{BodyId, World};
 use virtual_robots::{MotorReference, PioneerConfig, PioneerFirmware};
@@ -18,6 +19,7 @@ pub(super) use super::lines::GroundOrder;
 use super::{
     RunError,
     direct::DirectRobot,
+    hand::Hand,
     lines::{
         GroundLine, Packets, RemoteRobot, RobotLine, Scratch, ServerLine, Telemetry, WiredGround,
         WiredRobot,
@@ -51,6 +53,7 @@ pub(super) struct Vehicle {
     navigator: Navigator,
     /// Who drives it by hand.
     teleoperator: Option<Teleoperator>,
+    hand: Hand,
     ring_log: RingLog,
     /// Time per byte of the three links, zero without limit.
     byte_times: [Duration; 3],
@@ -102,6 +105,7 @@ impl Vehicle {
             ground: ground_line(&ground_link, plan, seed).map_err(settings)?,
             navigator,
             teleoperator: plan.teleoperator.as_ref().map(|t| Teleoperator::new(t, &plan.model)),
+            hand: Hand::default(),
             ring_log: RingLog::new(plan),
             byte_times: bauds.map(byte_time),
             order: None,
@@ -124,9 +128,18 @@ impl Vehicle {
         self.order = Some(order);
         self.order_under_way = true;
         self.telemetry = Telemetry::default();
+        self.hand.let_go();
         if let Some(person) = &mut self.teleoperator {
             person.let_go();
         }
+    }
+
+    /// Somebody drives it by hand, until [`DRIVE_HOLD`](super::DRIVE_HOLD) after the last call.
+    pub(super) fn drive_by_hand(&mut self, now: Stamp, wheels: WheelSpeeds) {
+        if !self.hand.is_on() {
+            self.order(GroundOrder::Stop);
+        }
+        self.hand.feel(now, wheels);
     }
 
     /// One step of all its nodes. Reads the world, changes only itself.
@@ -146,6 +159,7 @@ impl Vehicle {
         if let (Some(person), Some(body)) = (&mut self.teleoperator, self.body) {
             person.step(now, world.body(body).world_from_base.se2(), commands);
         }
+        self.hand.step(now, commands);
         for command in &*commands {
             robot.command(now, command, scratch);
             server.command(now, command, scratch);
@@ -194,7 +208,9 @@ impl Vehicle {
 
     /// Puts a change of phase into words.
     fn tell(&mut self) {
-        if let Some(text) = self.teleoperator.as_mut().and_then(Teleoperator::take_news) {
+        let by_hand = self.hand.take_news();
+        let led = || self.teleoperator.as_mut().and_then(Teleoperator::take_news);
+        if let Some(text) = by_hand.or_else(led) {
             self.news = Some((LogLevel::Info, format!("{}: {text}", self.name)));
             return;
         }
@@ -235,6 +251,9 @@ impl Vehicle {
 
     /// What it is busy with, in a word or two.
     pub(super) fn phase_name(&self) -> &'static str {
+        if self.hand.is_on() {
+            return "driven by hand";
+        }
         let by_hand = self.teleoperator.as_ref().and_then(Teleoperator::phase_name);
         by_hand.unwrap_or_else(|| self.navigator.phase().name())
     }
@@ -396,7 +415,7 @@ fn robot_line(plan: &RobotPlan, seed: RunSeed) -> Result<RobotLine, RunError> {
                 firmware: PioneerFirmware::new(Arc::clone(&plan.model), pioneer, rng),
                 driver: driver(LineTiming { baud: config.baud, latency: config.latency }),
                 reference: MotorReference {
-                    wheels: robot_models::WheelSpeeds::ZERO,
+                    wheels: WheelSpeeds::ZERO,
                     acceleration_mps2: plan.model.limits.acceleration_max_mps2,
                 },
             }))

@@ -14,10 +14,10 @@ use super::{
 pub(crate) const TILE_SIDE: usize = grid_maps::TILE_SIDE_CELLS;
 /// Tiles that are kept for the page: 33 million cells. The page needs four bytes for each.
 pub(crate) const TILES_MAX: usize = 8192;
-/// Tiles in one message: at most a megabyte.
-const TILES_PER_MESSAGE: usize = 256;
-/// Poses in one message.
-const POSES_PER_MESSAGE: usize = 65_536;
+/// Tiles in one message: at most 130 kB, since every page that does not read holds one.
+const TILES_PER_MESSAGE: usize = 32;
+/// Poses in one message: at most 100 kB.
+const POSES_PER_MESSAGE: usize = 8192;
 
 const KIND_TILES: u8 = 1;
 const KIND_TRACK: u8 = 2;
@@ -230,8 +230,10 @@ impl Board {
             *seen = Seen { run: Some(self.run), ..Seen::default() };
         }
         let mut messages = Vec::new();
-        let more_tiles = self.tell_tiles(slot, seen, &mut messages);
-        let more_poses = self.tell_tracks(slot, seen, &mut messages);
+        if self.tell_tiles(slot, seen, &mut messages) || self.tell_tracks(slot, seen, &mut messages)
+        {
+            return (messages, true);
+        }
         if self.graph.changed > seen.graph {
             seen.graph = self.graph.changed;
             messages.push(Message::Binary(self.graph_bytes(slot)));
@@ -250,7 +252,7 @@ impl Board {
                 Registration { slot, run: self.run, ..self.registration.value.clone() };
             messages.push(Message::Text(serde_json::to_string(&registration).unwrap_or_default()));
         }
-        (messages, more_tiles || more_poses)
+        (messages, false)
     }
 
     fn next_change(&mut self) -> u64 {
@@ -283,7 +285,6 @@ impl Board {
     }
 
     fn tell_tracks(&self, slot: usize, seen: &mut Seen, messages: &mut Vec<Message>) -> bool {
-        let mut more = false;
         for (which, (track, (epoch, n))) in self.tracks.iter().zip(&mut seen.tracks).enumerate() {
             let is_new = *epoch != track.epoch;
             let first = if is_new { 0 } else { *n };
@@ -297,10 +298,12 @@ impl Board {
             bytes.count(end - first);
             track.poses[first..end].iter().flatten().for_each(|&value| bytes.f32(value));
             (*epoch, *n) = (track.epoch, end);
-            more |= end < track.poses.len();
             messages.push(Message::Binary(bytes.finish()));
+            if end < track.poses.len() {
+                return true;
+            }
         }
-        more
+        false
     }
 
     fn graph_bytes(&self, slot: usize) -> Vec<u8> {

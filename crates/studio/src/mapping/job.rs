@@ -79,9 +79,9 @@ impl Job {
         values_of(self.survey.config())
     }
 
-    /// The value of a parameter.
-    pub(crate) fn value(&self, key: &str) -> String {
-        self.survey.config().get(key).unwrap_or_default()
+    /// All its parameters.
+    pub(crate) fn config(&self) -> &SurveyConfig {
+        self.survey.config()
     }
 
     /// Scans done.

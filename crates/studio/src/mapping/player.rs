@@ -15,7 +15,7 @@ use super::{
     job::Job,
     parameters::parameters,
     protocol::{Request, Source, State},
-    run::{Phase, Run},
+    run::{Finishing, Phase, Run},
     source::Loaded,
     stage::{N_SLOTS, Stage},
 };
@@ -63,6 +63,7 @@ pub(crate) struct Player {
     loaded: Option<Arc<Loaded>>,
     runs: Vec<Run>,
     n_runs: u32,
+    finishing: Finishing,
     playing: bool,
     /// As fast as possible until so many scans are done.
     goal: Option<usize>,
@@ -85,6 +86,7 @@ impl Player {
             loaded: None,
             runs: Vec::new(),
             n_runs: 0,
+            finishing: Finishing::default(),
             playing: false,
             goal: None,
             speed_ratio: SPEED_RATIO_FIRST,
@@ -101,8 +103,12 @@ impl Player {
         self.publish();
         let mut frame_begins = Instant::now();
         while !stop() {
+            let mut has_news = self.take_back();
             if self.playing {
                 self.advance();
+                has_news = true;
+            }
+            if has_news {
                 self.publish();
             }
             frame_begins += FRAME;
@@ -142,6 +148,11 @@ impl Player {
                 return true;
             }
         }
+    }
+
+    /// Takes back runs that were finished.
+    fn take_back(&mut self) -> bool {
+        self.runs.iter_mut().fold(false, |any, run| run.take_back() || any)
     }
 
     /// What was there before stays.
@@ -207,7 +218,7 @@ impl Player {
             .runs
             .iter()
             .filter(|run| run.goes_on())
-            .map(|run| run.job.t_s())
+            .map(Run::t_s)
             .fold(f64::INFINITY, f64::min);
     }
 
@@ -235,7 +246,7 @@ impl Player {
             }
             Request::Seek { scan } => {
                 // The run that stays for comparison may be ahead; it is not begun again for that.
-                if self.runs.last().is_some_and(|run| run.job.n_done() > scan) {
+                if self.runs.last().is_some_and(|run| run.n_done() > scan) {
                     self.rewind(&loaded)?;
                 }
                 self.play_on();
@@ -292,11 +303,11 @@ impl Player {
     }
 
     /// The run that lags behind most, of those that have scans left and are `wanted`.
-    fn next_to_step(&mut self, wanted: impl Fn(&Job) -> bool) -> Option<&mut Run> {
+    fn next_to_step(&mut self, wanted: impl Fn(&Run) -> bool) -> Option<&mut Run> {
         let going = |run: &&mut Run| {
-            run.phase == Phase::UnderWay && run.job.next_t_s().is_some() && wanted(&run.job)
+            run.phase == Phase::UnderWay && run.next_t_s().is_some() && wanted(run)
         };
-        self.runs.iter_mut().filter(going).min_by_key(|run| run.job.n_done())
+        self.runs.iter_mut().filter(going).min_by_key(|run| run.n_done())
     }
 
     /// Takes the scans of one frame, and no more than fit into it.
@@ -305,16 +316,15 @@ impl Player {
         let t_before_s = self.clock_s;
         if self.goal.is_none() {
             self.clock_s += FRAME.as_secs_f64() * self.speed_ratio;
-            let next_s =
-                self.runs.iter().filter_map(|run| run.job.next_t_s()).fold(f64::INFINITY, f64::min);
+            let next_s = self.runs.iter().filter_map(Run::next_t_s).fold(f64::INFINITY, f64::min);
             if next_s.is_finite() && next_s - self.clock_s > GAP_MAX_S * self.speed_ratio {
                 self.clock_s = next_s;
             }
         }
         let (clock_s, goal) = (self.clock_s, self.goal);
-        let due = move |job: &Job| match goal {
-            Some(scan) => job.n_done() < scan,
-            None => job.next_t_s().is_some_and(|t_s| t_s <= clock_s),
+        let due = move |run: &Run| match goal {
+            Some(scan) => run.n_done() < scan,
+            None => run.next_t_s().is_some_and(|t_s| t_s <= clock_s),
         };
         let mut reached_s = None;
         loop {
@@ -323,10 +333,10 @@ impl Player {
                 break;
             };
             run.step();
-            reached_s = Some(run.job.t_s());
+            reached_s = Some(run.t_s());
             if begins.elapsed() > FRAME.mul_f64(0.9) {
                 // Behind: the rest is dropped, and the page sees the ratio that was achieved.
-                self.clock_s = run.job.t_s();
+                self.clock_s = run.t_s();
                 break;
             }
         }
@@ -339,7 +349,7 @@ impl Player {
     fn settle(&mut self) {
         let finished_one = self.finish_one();
         let any_left = self.runs.iter().any(|run| match self.goal {
-            Some(scan) => run.phase == Phase::UnderWay && run.job.n_done() < scan,
+            Some(scan) => run.phase == Phase::UnderWay && run.n_done() < scan,
             None => run.goes_on(),
         });
         let finishing = self.runs.iter().any(|run| run.phase == Phase::Finishing);
@@ -349,16 +359,18 @@ impl Player {
         }
     }
 
-    /// Finishes one run whose scans are all in. It is announced one frame before.
+    /// Sees to one run whose scans are all in: it is announced, and finished beside this thread.
     fn finish_one(&mut self) -> bool {
         let all_in = |run: &Run| {
             run.phase == Phase::Finishing
-                || (run.phase == Phase::UnderWay && run.job.next_t_s().is_none())
+                || (run.phase == Phase::UnderWay && run.next_t_s().is_none())
         };
         let Some(slot) = self.runs.iter().position(all_in) else { return false };
-        self.runs[slot].phase = Phase::Finishing;
-        self.publish();
-        self.runs[slot].finish();
+        if self.runs[slot].phase != Phase::Finishing {
+            self.runs[slot].phase = Phase::Finishing;
+            self.publish();
+        }
+        self.runs[slot].finish(slot, &self.stage, &self.finishing);
         true
     }
 
@@ -396,7 +408,7 @@ impl Player {
     fn differences(&self) -> Vec<[String; 3]> {
         let [a, b] = self.runs.as_slice() else { return Vec::new() };
         let keys = self.source.parameters.iter().map(|parameter| parameter.key);
-        keys.map(|key| [key.to_owned(), a.job.value(key), b.job.value(key)])
+        keys.map(|key| [key.to_owned(), a.value(key), b.value(key)])
             .filter(|[_, a, b]| a != b)
             .collect()
     }

@@ -162,7 +162,7 @@ pub(crate) struct State {
 }
 
 /// A run now.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct RunState {
     pub run: u32,
     /// `under way`, `finishing`, `finished` or `failed`.

@@ -90,15 +90,17 @@ impl Stage {
                 messages.push(Message::Text(text.clone()));
             }
         }
-        let mut more = false;
         for (slot, (board, seen)) in scene.boards.iter().zip(&mut seen.boards).enumerate() {
             if let Some(board) = board {
                 let (news, more_here) = board.news(slot, seen);
                 messages.extend(news);
-                more |= more_here;
+                // A page takes one piece at a time.
+                if more_here {
+                    return (messages, true);
+                }
             }
         }
-        (messages, more)
+        (messages, false)
     }
 
     /// A page that panicked while it looked has not damaged the scene, which only the player changes.

@@ -69,7 +69,17 @@ impl Studio {
         exchange(self.address, &head, &[])
     }
 
-    /// Ends it as Ctrl-C would; the recording's path.
+    /// Brings a body; status line and text of the answer.
+    pub(crate) fn post(&self, path: &str, body: &[u8]) -> (String, String) {
+        let (host, length) = (self.address, body.len());
+        let head = format!(
+            "POST {path} HTTP/1.1\r\nHost: {host}\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n"
+        );
+        let (status, _, text) = exchange(self.address, &head, body);
+        (status, String::from_utf8(text).unwrap())
+    }
+
+    /// Ends it as Ctrl-C would; the recordings' paths.
     pub(crate) fn stop(mut self) -> Vec<PathBuf> {
         self.stop.take().unwrap().send(()).unwrap();
         self.thread.take().unwrap().join().unwrap().unwrap()
@@ -140,6 +150,11 @@ impl Page {
                 return serde_json::from_str(&text).unwrap();
             }
         }
+    }
+
+    /// Whether the studio ends the connection.
+    pub(crate) fn is_shown_out(&mut self) -> bool {
+        (0..N_MESSAGES_MAX).any(|_| self.socket.read().is_err())
     }
 
     /// Reads on to a message of this type that `wanted` accepts.

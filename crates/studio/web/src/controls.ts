@@ -28,7 +28,7 @@ export class Controls {
   /** While a finger is on the slider the server's value must not pull it away. */
   private isSliding = false;
   /** Asked for a moment ago; the states may still tell of the old speed. */
-  private asked: { speed: number; until_ms: number } | null = null;
+  private asked = { speed: 1, until_ms: 0 };
 
   constructor(holder: HTMLElement, private readonly store: Store, private readonly send: (message: ClientMessage) => boolean) {
     holder.append(
@@ -80,9 +80,7 @@ export class Controls {
   }
 
   private speedNow(): number {
-    const told = this.store.state?.speed_ratio ?? 1;
-    if (this.asked && (this.asked.speed === told || performance.now() > this.asked.until_ms)) this.asked = null;
-    return this.asked?.speed ?? told;
+    return performance.now() < this.asked.until_ms ? this.asked.speed : (this.store.state?.speed_ratio ?? 1);
   }
 
   private setSpeed(speed: number): void {

@@ -7,6 +7,7 @@ import { currentTheme, onThemeChange, toggleTheme } from "./theme";
 
 export interface HeaderEvents {
   chooseMission(name: string): void;
+  openMission(): void;
   showVerdict(): void;
   showHelp(): void;
 }
@@ -14,6 +15,10 @@ export interface HeaderEvents {
 export class Header {
   private readonly mission = h("select", { class: "field mission", "aria-label": "Mission", disabled: true });
   private readonly about = h("p", { class: "about" });
+  private readonly open = h("button", { class: "button bare square", type: "button", "aria-label": "Open a mission file", title: "Open a mission of your own (TOML)" }, icon("open"));
+  private readonly more = h("button", { class: "button bare square", type: "button", "aria-label": "About this mission", title: "About this mission" }, icon("info"));
+  private readonly sheet = h("dialog", { class: "sheet mission-sheet", "aria-labelledby": "mission-title" });
+  private readonly recording = h("span", { class: "pill bad", hidden: true });
   private readonly kind = h("span", { class: "pill warn", hidden: true, title: "A recording: it can be watched, not changed" }, "Replay");
   private readonly verdict = h("button", { class: "pill", type: "button", hidden: true });
   private readonly connection = h("span", { class: "pill", role: "status" }, "Connecting…");
@@ -23,10 +28,16 @@ export class Header {
     const help = h("button", { class: "button bare square", type: "button", "aria-label": "Shortcuts and about", title: "Shortcuts and about (?)", onclick: events.showHelp }, icon("help"));
     holder.append(
       h("h1", { class: "brand" }, h("img", { src: "/assets/favicon.svg", alt: "", width: 28, height: 28 }), "Cairn"),
-      this.mission, this.about,
+      h("div", { class: "mission-group" }, this.mission, this.open, this.more), this.about,
       h("a", { class: "button small page-link", href: "/map", title: "Build maps from recordings" }, icon("layers"), "Mapping"),
-      h("div", { class: "tail" }, this.kind, this.verdict, this.connection, this.theme, help),
+      h("div", { class: "tail" }, this.recording, this.kind, this.verdict, this.connection, this.theme, help),
     );
+    document.body.append(this.sheet);
+    this.open.addEventListener("click", events.openMission);
+    this.more.addEventListener("click", () => this.showSheet());
+    this.sheet.addEventListener("click", (event) => {
+      if (event.target === this.sheet) this.sheet.close();
+    });
     this.mission.addEventListener("change", () => events.chooseMission(this.mission.value));
     this.verdict.addEventListener("click", events.showVerdict);
     this.theme.addEventListener("click", toggleTheme);
@@ -51,13 +62,33 @@ export class Header {
     if (!hello) return;
     const { mission, missions } = hello;
     const choices = missions.some(({ name }) => name === mission.name) ? missions : [{ name: mission.name, title: mission.title }, ...missions];
-    this.mission.replaceChildren(...choices.map(({ name, title }) => h("option", { value: name }, title)));
+    const options = (own: boolean): HTMLElement[] => choices.filter((choice) => (choice.own ?? false) === own).map(({ name, title }) => h("option", { value: name }, title));
+    const own = options(true);
+    this.mission.replaceChildren(...(own.length > 0 ? [h("optgroup", { label: "Your own" }, ...own), h("optgroup", { label: "Shipped" }, ...options(false))] : options(false)));
     this.mission.value = mission.name;
     this.mission.disabled = mission.kind === "replay";
+    this.open.disabled = mission.kind === "replay";
+    this.recording.hidden = !mission.recording;
+    setText(this.recording, "Recording");
+    this.recording.title = `This run is recorded in ${mission.recording}`;
     setText(this.about, mission.about);
     this.about.title = mission.about;
     this.kind.hidden = mission.kind !== "replay";
     document.title = `${mission.title} – Cairn studio`;
+  }
+
+  /** All that the mission says of itself, however narrow the page is. */
+  private showSheet(): void {
+    const mission = this.store.hello?.mission;
+    if (!mission || this.sheet.open) return;
+    const close = h("button", { class: "button bare square", type: "button", "aria-label": "Close", onclick: () => this.sheet.close() }, icon("close"));
+    const facts: [string, string][] = [["Name", mission.name], ["Seed", String(mission.seed)], ["At most", `${mission.duration_max_s} s`]];
+    if (mission.recording) facts.push(["Recorded in", mission.recording]);
+    this.sheet.replaceChildren(
+      h("div", { class: "sheet-head" }, h("h2", { id: "mission-title" }, mission.title), close),
+      h("div", { class: "mission-about" }, h("p", {}, mission.about || "Its file says nothing about it."), h("dl", {}, ...facts.flatMap(([what, told]) => [h("dt", {}, what), h("dd", {}, told)]))),
+    );
+    this.sheet.showModal();
   }
 
   private onState(): void {

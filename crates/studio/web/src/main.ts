@@ -8,7 +8,10 @@ import "./styles/panels.css";
 import "./styles/editor.css";
 import { Connection } from "./connection";
 import { Controls } from "./controls";
+import { downloadMenu } from "./downloads";
+import { Drive } from "./drive";
 import { Header } from "./header";
+import { MissionOpener } from "./mission_opener";
 import { Help } from "./help";
 import { attachSplitter, Tabs } from "./layout";
 import { h } from "./dom";
@@ -46,21 +49,29 @@ const send = (message: ClientMessage): boolean => {
 
 const mapSection = byId("map");
 const view = h("div", { class: "map-view" });
-const toasts = new Toasts(view);
+// Beside the map and never over it: what is said must not cover the robot.
+const toasts = new Toasts(byId("dock"));
 const map: MapView = new MapView(view, store, {
   send,
   say: (text) => toasts.say(text),
-  toolChanged: (tool) => chrome.showTool(tool),
+  toolChanged: (tool) => {
+    chrome.showTool(tool);
+    drive.setActive(tool === "drive");
+  },
   followChanged: (follow) => chrome.showFollow(follow),
   viewChanged: () => chrome.refreshReadout(),
 });
-const chrome: MapChrome = new MapChrome(view, map, store, { press: (device) => send({ type: "press", device }), stop: () => stopRobot() });
+const drive: Drive = new Drive(view, store, send);
+const downloads = downloadMenu(store, { map: () => map.canvas, plots: () => plots.pictures(), say: (text) => toasts.say(text) });
+const chrome: MapChrome = new MapChrome(view, map, store, { press: (device) => send({ type: "press", device }), stop: () => stopRobot(), downloads });
 mapSection.append(chrome.bar, view);
 
 const controls = new Controls(byId("transport"), store, send);
 const verdict = new VerdictBanner(view, store, () => controls.restartRun());
 new Notice(view, store, () => connection.retryNow());
+const opener = new MissionOpener((text) => toasts.say(text, "bad"));
 new Header(byId("top"), store, {
+  openMission: () => opener.choose(),
   chooseMission: (name) => send({ type: "restart", seed: null, mission: name }),
   showVerdict: () => verdict.show(),
   showHelp: () => help.open(),
@@ -95,6 +106,7 @@ const help = new Help(shortcuts, () => store.hello);
 attachShortcuts(shortcuts);
 
 store.on("error", (text) => toasts.say(text, "bad"));
+store.on("failure", (text) => toasts.say(text, "bad"));
 connection.open();
 
 /** For tests and for the curious in the console: where things are drawn, and how often. */

@@ -42,11 +42,15 @@ export interface MissionInfo {
   duration_max_s: number;
   /** A replay shows a recording: it can be played, but nobody can intervene. */
   kind: "live" | "replay";
+  /** The file in which this run is recorded. */
+  recording?: string | null;
 }
 
 export interface MissionChoice {
   name: string;
   title: string;
+  /** It is not among those that come with the program. */
+  own?: boolean;
 }
 
 export interface WorldScene {
@@ -90,6 +94,10 @@ export interface RobotInfo {
   footprint_m: Point[];
   sonars: SonarInfo[];
   start: Pose;
+  /** No body of this simulation: what cannot be measured from outside is not known of it. */
+  is_elsewhere?: boolean;
+  hand_speed_max_mps?: number;
+  hand_turn_rate_max_radps?: number;
 }
 
 export interface CrowdInfo {
@@ -204,8 +212,10 @@ export interface RobotState {
   cross_track_m: number | null;
   stalled: boolean;
   touching: boolean;
-  clearance_m: number;
-  battery_v: number;
+  clearance_m: number | null;
+  battery_v: number | null;
+  /** Why it gave up, if it did. */
+  failure?: string | null;
 }
 
 export interface Person {
@@ -255,13 +265,29 @@ export interface LogItem {
   text: string;
 }
 
+/** What has been, for a page that comes late; a few thousand samples however long the run is. */
+export interface History {
+  type: "history";
+  t_s: number[];
+  /** x and y in turn, one pair for each time. */
+  robots: { id: number; truth: number[]; estimate: number[] }[];
+  /** Of the first robot. */
+  cross_track_m: (number | null)[];
+  wheel_left_mps: (number | null)[];
+  wheel_right_mps: (number | null)[];
+  left: (number | null)[];
+  right: (number | null)[];
+  clearance_m: (number | null)[];
+  edges: [number, string, boolean][];
+}
+
 /** The answer to a request that cannot be done; the connection stays. */
 export interface ServerError {
   type: "error";
   text: string;
 }
 
-export type ServerMessage = Hello | State | Trace | Log | ServerError;
+export type ServerMessage = Hello | State | History | Trace | Log | ServerError;
 
 // ---- client → server ----------------------------------------------------------------------------
 
@@ -274,10 +300,11 @@ export type ClientMessage =
   | { type: "place"; at_m: Point; size_m: number }
   | { type: "remove"; id: number }
   | { type: "goal"; robot: number; pose: Pose }
+  | { type: "drive"; robot: number; speed_mps: number; turn_rate_radps: number }
   | { type: "press"; device: string }
   | { type: "stop"; robot: number };
 
-const SERVER_TYPES = ["hello", "state", "trace", "log", "error"];
+const SERVER_TYPES = ["hello", "state", "history", "trace", "log", "error"];
 
 /** Reads one frame; null when it is not a message this page knows (a newer server may send such). */
 export function parseServerMessage(frame: string): ServerMessage | null {

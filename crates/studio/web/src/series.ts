@@ -1,6 +1,6 @@
 // The curves of the plots: one column per quantity over simulated time, bounded in memory.
 
-import type { State } from "./protocol";
+import type { History, State } from "./protocol";
 
 export const QUANTITIES = ["crossTrack_mm", "wheelLeft_mmps", "wheelRight_mmps", "left", "right", "clearance_m"] as const;
 export type Quantity = (typeof QUANTITIES)[number];
@@ -30,6 +30,20 @@ export class Series {
     columns.right.push(robot.intensities?.[1] ?? null);
     columns.clearance_m.push(robot.clearance_m);
     if (this.t_s.length > N_POINTS_MAX) this.thin();
+  }
+
+  /** Takes the whole past. */
+  replace(history: History): void {
+    const milli = (column: Column): Column => column.map((value) => (value === null ? null : value * 1000));
+    this.t_s = [...history.t_s];
+    Object.assign(this.columns, {
+      crossTrack_mm: milli(history.cross_track_m),
+      wheelLeft_mmps: milli(history.wheel_left_mps),
+      wheelRight_mmps: milli(history.wheel_right_mps),
+      left: [...history.left],
+      right: [...history.right],
+      clearance_m: [...history.clearance_m],
+    } satisfies Record<Quantity, Column>);
   }
 
   clear(): void {

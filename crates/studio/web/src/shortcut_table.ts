@@ -48,6 +48,7 @@ export function shortcutTable(targets: ShortcutTargets): Shortcut[] {
     { keys: ["b"], shown: "B", group: "Tools", what: "Place a box", act: tool("place") },
     { keys: ["x"], shown: "X", group: "Tools", what: "Remove a box", act: tool("remove") },
     { keys: ["g"], shown: "G", group: "Tools", what: "Send the robot to a goal", act: tool("goal") },
+    { keys: ["m"], shown: "M", group: "Tools", what: "Drive the robot by hand; then W A S D or arrows, held", act: tool("drive") },
     { keys: ["Enter"], needsMap: true, shown: "Enter", group: "Tools", what: "Use the tool at the cross", act: () => map.tools.actAtCursor() },
     { keys: ["PageUp"], needsMap: true, shown: "PgUp PgDn", group: "Tools", what: "Turn the goal's heading by 15°", act: () => map.tools.turnGoal(TURN_RAD) },
     { keys: ["PageDown"], needsMap: true, shown: "", group: "Page", what: "", act: () => map.tools.turnGoal(-TURN_RAD) },

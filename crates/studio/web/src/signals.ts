@@ -28,6 +28,15 @@ export class Signals {
     }
   }
 
+  /** Changes from before this page came, oldest first. */
+  recall(edges: readonly [number, string, boolean][]): void {
+    this.edges.clear();
+    for (const [t_s, name, high] of edges) {
+      if (!this.edges.has(name)) this.edges.set(name, [{ t_s: 0, high: !high }]);
+      this.add(name, { t_s, high });
+    }
+  }
+
   clear(): void {
     this.edges.clear();
   }

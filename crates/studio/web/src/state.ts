@@ -1,7 +1,7 @@
 // What the page knows of the run: the last hello and states, trails, traces, log; and who listens.
 
 import type { ConnectionState } from "./connection";
-import type { Hello, LogItem, Point, RobotState, ServerMessage, State, TraceItem } from "./protocol";
+import type { Hello, History, LogItem, Point, RobotState, ServerMessage, State, TraceItem } from "./protocol";
 import { Series } from "./series";
 import { Signals } from "./signals";
 import { Trail } from "./trail";
@@ -18,6 +18,8 @@ export interface Sample {
 interface StoreEvents {
   hello: Hello;
   state: State;
+  /** A robot has given up: what to say. */
+  failure: string;
   /** A new run begins: forget what belonged to the old one. */
   reset: null;
   trace: TraceItem[];
@@ -44,7 +46,7 @@ export class Store {
 
   private run = "";
   private readonly listeners: { [K in keyof StoreEvents]: Listener<K>[] } = {
-    hello: [], state: [], reset: [], trace: [], log: [], error: [], connection: [],
+    hello: [], state: [], failure: [], reset: [], trace: [], log: [], error: [], connection: [],
   };
 
   on<K extends keyof StoreEvents>(event: K, listener: Listener<K>): void {
@@ -71,6 +73,8 @@ export class Store {
         return this.acceptHello(message);
       case "state":
         return this.acceptState(message, now_ms);
+      case "history":
+        return this.acceptHistory(message);
       case "trace":
         this.trace.push(...message.items);
         this.trace.splice(0, this.trace.length - N_TRACE_MAX);
@@ -101,8 +105,33 @@ export class Store {
     if (news.length > 0) this.emit("log", news);
   }
 
+  /** The whole past takes the place of what is here: this page may have been away for a while. */
+  private acceptHistory(history: History): void {
+    this.series.replace(history);
+    this.signals.recall(history.edges);
+    for (const { id, truth, estimate } of history.robots) {
+      const trails = { truth: new Trail(), estimate: new Trail() };
+      history.t_s.forEach((t_s, index) => {
+        trails.truth.push(pair(truth, index), t_s);
+        trails.estimate.push(pair(estimate, index), t_s);
+      });
+      this.trails.set(id, trails);
+    }
+  }
+
+  /** A robot that gives up says so once, with its name. */
+  private watchFailures(state: State): void {
+    for (const robot of state.robots) {
+      const before = this.latest?.state.robots.find(({ id }) => id === robot.id);
+      if (!robot.failure || !before || before.failure === robot.failure) continue;
+      const name = this.hello?.robots.find(({ id }) => id === robot.id)?.name ?? `robot ${robot.id}`;
+      this.emit("failure", `${name} gives up: ${robot.failure}.`);
+    }
+  }
+
   private acceptState(state: State, now_ms: number): void {
     if (this.latest && state.t_s < this.latest.state.t_s - 1e-9) this.reset();
+    this.watchFailures(state);
     this.previous = this.latest;
     this.latest = { state, arrived_ms: now_ms };
     for (const robot of state.robots) this.extendTrails(robot, state.t_s);
@@ -136,6 +165,10 @@ export class Store {
   private emit<K extends keyof StoreEvents>(event: K, value: StoreEvents[K]): void {
     for (const listener of this.listeners[event]) listener(value);
   }
+}
+
+function pair(list: readonly number[], index: number): Point {
+  return [list[2 * index] ?? 0, list[2 * index + 1] ?? 0];
 }
 
 function xy(pose: readonly [number, number, number]): Point {

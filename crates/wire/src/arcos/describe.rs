@@ -81,8 +81,9 @@ fn describe_report(body: &[u8]) -> String {
             let mut line = format!(
                 "SIP {} at {} mm, {} mm, {:.1} deg; wheels {} / {} mm/s; {:.1} V",
                 if sip.moving { "moving" } else { "stopped" },
-                sip.x_mm,
-                sip.y_mm,
+                // Two's complement: a robot behind its origin is at −500 mm, not at 65 036.
+                sip.x_mm.cast_signed(),
+                sip.y_mm.cast_signed(),
                 sip.heading_rad().to_degrees(),
                 sip.left_mmps,
                 sip.right_mmps,

@@ -17,6 +17,7 @@ const TOOLS: readonly { name: ToolName; icon: IconName; title: string; key: stri
   { name: "place", icon: "box", title: "Place a box", key: "B", hint: "Click to put a box of 0.4 m on the floor. Esc ends." },
   { name: "remove", icon: "remove", title: "Remove a box", key: "X", hint: "Click a box to take it away. Esc ends." },
   { name: "goal", icon: "goal", title: "Send the robot to a goal", key: "G", hint: "Press where the robot should go and drag towards its final heading. Esc ends." },
+  { name: "drive", icon: "drive", title: "Drive by hand", key: "M", hint: "Hold W A S D, the arrows, a gamepad's stick or the stick below; let go to stop. Esc ends." },
 ];
 
 const CROWD_WORDS = [
@@ -37,6 +38,8 @@ export class MapChrome {
   private readonly followButton: HTMLButtonElement;
   private readonly layersButton: HTMLButtonElement;
   private readonly layers: HTMLElement;
+  private readonly downloadsButton: HTMLButtonElement;
+  private readonly emptyWorld = h("div", { class: "empty-world", hidden: true }, h("strong", {}, "An empty world"), h("span", {}));
   private readonly scale = h("div", { class: "bar" });
   private readonly scaleLabel = h("span");
   private readonly at = h("span", { class: "readout at", hidden: true });
@@ -48,7 +51,7 @@ export class MapChrome {
     view: HTMLElement,
     private readonly map: MapView,
     private readonly store: Store,
-    private readonly actions: { press(device: string): void; stop(): void },
+    private readonly actions: { press(device: string): void; stop(): void; downloads: HTMLElement },
   ) {
     const tools = h("div", { class: "tools", role: "group", "aria-label": "Tool" });
     for (const tool of TOOLS) {
@@ -68,6 +71,9 @@ export class MapChrome {
       map.sceneChanged();
       this.refreshLegend();
     });
+    this.downloadsButton = this.viewButton("download", "Download", () => this.toggleDownloads());
+    this.downloadsButton.setAttribute("aria-expanded", "false");
+    this.downloadsButton.setAttribute("aria-controls", "downloads-menu");
     this.legend.append(h("span", {}, "Pheromone intensity"), h("div", { class: "ramp" }), h("div", { class: "ends" }, h("span", {}, "0"), this.legendPeak));
     view.append(
       h("div", { class: "readouts" }, h("div", { class: "readout" }, h("div", { class: "scale" }, this.scaleLabel, this.scale), this.legend, this.crowd), this.at),
@@ -75,12 +81,17 @@ export class MapChrome {
         this.viewButton("minus", "Zoom out (−)", () => map.zoom(1 / 1.3)),
         this.viewButton("plus", "Zoom in (+)", () => map.zoom(1.3)),
         this.viewButton("fit", "Fit the house (F)", () => map.fit()),
-        this.followButton, this.layersButton),
-      this.layers, this.hint,
+        this.followButton, this.layersButton, this.downloadsButton),
+      this.layers, this.actions.downloads, this.hint, this.emptyWorld,
     );
+    this.actions.downloads.addEventListener("click", (event) => {
+      if (event.target instanceof Element && event.target.closest("button")) this.toggleDownloads();
+    });
     document.addEventListener("pointerdown", (event) => {
       const inside = event.target instanceof Element && event.target.closest("#layers-menu, [aria-controls=layers-menu]");
       if (!inside && !this.layers.hidden) this.toggleLayers();
+      const inDownloads = event.target instanceof Element && event.target.closest("#downloads-menu, [aria-controls=downloads-menu]");
+      if (!inDownloads && !this.actions.downloads.hidden) this.toggleDownloads();
     });
     store.on("hello", () => this.onHello());
     store.on("state", () => this.onState());
@@ -94,8 +105,20 @@ export class MapChrome {
     else if (this.layers.contains(document.activeElement)) this.layersButton.focus();
   }
 
+  private toggleDownloads(): void {
+    const menu = this.actions.downloads;
+    menu.hidden = !menu.hidden;
+    this.downloadsButton.setAttribute("aria-expanded", String(!menu.hidden));
+    if (!menu.hidden) menu.querySelector("button")?.focus();
+    else if (menu.contains(document.activeElement)) this.downloadsButton.focus();
+  }
+
   /** True when Escape had a menu to close. */
   closeMenus(): boolean {
+    if (!this.actions.downloads.hidden) {
+      this.toggleDownloads();
+      return true;
+    }
     if (this.layers.hidden) return false;
     this.toggleLayers();
     this.layersButton.focus();
@@ -134,7 +157,18 @@ export class MapChrome {
     }
     this.refreshLegend();
     this.refreshReadout();
+    this.refreshEmptyWorld();
     this.onState();
+  }
+
+  /** A bare floor is either what the mission wants or a mistake in its file: say what it is. */
+  private refreshEmptyWorld(): void {
+    const hello = this.store.hello;
+    const { walls, points, things } = hello?.world ?? { walls: [], points: [], things: [] };
+    this.emptyWorld.hidden = !hello || walls.length + points.length + things.length > 0;
+    const noRobot = (hello?.robots.length ?? 0) === 0;
+    const words = this.emptyWorld.lastElementChild;
+    if (words) setText(words, noRobot ? "This mission has no walls, no furniture and no robot: only its devices and its program run." : "This mission has no walls and no furniture. Put boxes down, or send the robot somewhere.");
   }
 
   private deviceElement(device: Device): HTMLElement {

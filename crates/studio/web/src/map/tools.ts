@@ -7,7 +7,7 @@ import { deviceAt } from "./devices";
 import { contains, type Pen, tracePolygon } from "./pen";
 import { drawGoal } from "./robots";
 
-export type ToolName = "select" | "place" | "remove" | "goal";
+export type ToolName = "select" | "place" | "remove" | "goal" | "drive";
 
 /** Side of the box that the place tool puts down. */
 export const BOX_M = 0.4;
@@ -87,7 +87,7 @@ export class Tools {
 
   /** Arrow keys while a tool is chosen; false when the tool has no use for them. */
   moveCursor(dx_m: number, dy_m: number): boolean {
-    if (this.tool === "select") return false;
+    if (this.tool === "select" || this.tool === "drive") return false;
     const [x, y] = this.cursor_m ?? this.camera.centre_m;
     this.cursor_m = [x + dx_m, y + dy_m];
     if (this.goal) this.goal = [this.cursor_m[0], this.cursor_m[1], this.goal[2]];
@@ -174,6 +174,7 @@ export class Tools {
         return this.request({ type: "remove", id: thing.id });
       }
       case "goal":
+      case "drive":
         return;
     }
   }

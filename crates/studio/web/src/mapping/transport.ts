@@ -10,6 +10,8 @@ export const SPEED_MIN = 0.1;
 export const SPEED_MAX = 200;
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 200] as const;
 const LAG_SHARE = 0.9;
+/** How long a speed that was asked for counts before the program has confirmed it. */
+const ASKED_MS = 1000;
 
 export class Transport {
   private readonly play = h("button", { class: "button primary play", type: "button", title: "Play or pause (Space)" }, icon("play"), h("span", {}, "Play"));
@@ -23,6 +25,7 @@ export class Transport {
   private readonly speedValue = h("output", { class: "speed-value", for: "speed" }, "10×");
   private readonly achieved = h("span", { class: "pill achieved" });
   private isSliding = false;
+  private asked = { speed: 1, until_ms: 0 };
   private isPlacing = false;
 
   constructor(holder: HTMLElement, private readonly store: Store, private readonly send: (request: Request) => boolean) {
@@ -75,12 +78,18 @@ export class Transport {
   }
 
   nudgeSpeed(direction: 1 | -1): void {
-    const now = this.store.state?.speed_ratio ?? 1;
+    const now = this.speedNow();
     const next = direction > 0 ? SPEEDS.find((speed) => speed > now * 1.001) : SPEEDS.findLast((speed) => speed < now * 0.999);
     if (next !== undefined && !this.speed.disabled) this.setSpeed(next);
   }
 
+  /** Three quick presses are three steps: the states that come in between still tell of the first. */
+  private speedNow(): number {
+    return performance.now() < this.asked.until_ms ? this.asked.speed : (this.store.state?.speed_ratio ?? 1);
+  }
+
   private setSpeed(speed: number): void {
+    this.asked = { speed, until_ms: performance.now() + ASKED_MS };
     this.showSpeed(speed);
     this.send({ type: "speed", ratio: speed });
   }

@@ -10,6 +10,9 @@ import { emptyState } from "./empty";
 const LEVEL_ICONS = { info: null, warn: "stop", good: "check", bad: "cross" } as const;
 const LEVEL_WORDS: Record<LogLevel, string> = { info: "", warn: "Warning: ", good: "Success: ", bad: "Failure: " };
 
+/** Of a robot elsewhere only what it reports is known. */
+const NOT_KNOWN_ELSEWHERE: ReadonlySet<string> = new Set(["clearance_min_m", "collisions", "cross_track_rms_m", "cross_track_max_m"]);
+
 export class FiguresPanel {
   readonly element = h("div", { class: "figures-log" });
   private readonly robot = h("dl", { class: "figures" });
@@ -28,6 +31,10 @@ export class FiguresPanel {
     store.on("log", (items) => this.append(items));
     store.on("reset", () => {
       this.log.replaceChildren();
+      // Nothing of the old run stays until the new one has a figure of its own.
+      for (const list of [this.figures, this.robot]) list.replaceChildren();
+      this.cells.clear();
+      setText(this.alarm, "");
       this.emptyLog.hidden = false;
     });
   }
@@ -35,22 +42,26 @@ export class FiguresPanel {
   private onState(): void {
     const { state } = this.store;
     if (!state) return;
-    for (const [name, value] of Object.entries(state.figures)) this.set(this.figures, name, value);
+    const isElsewhere = this.store.hello?.robots[0]?.is_elsewhere ?? false;
+    for (const [name, value] of Object.entries(state.figures)) this.set(this.figures, name, value, isElsewhere && NOT_KNOWN_ELSEWHERE.has(name));
     const robot = state.robots[0];
-    if (robot) this.showRobot(robot);
+    if (robot) this.showRobot(robot, isElsewhere);
   }
 
-  private showRobot(robot: RobotState): void {
+  private showRobot(robot: RobotState, isElsewhere: boolean): void {
     const error_m = Math.hypot(robot.truth[0] - robot.estimate[0], robot.truth[1] - robot.estimate[1]);
     this.set(this.robot, "speed_mps", (robot.wheels_mps[0] + robot.wheels_mps[1]) / 2);
-    this.set(this.robot, "position_error_m", error_m);
-    this.set(this.robot, "clearance_m", robot.clearance_m);
+    this.set(this.robot, "position_error_m", isElsewhere ? null : error_m, isElsewhere);
+    this.set(this.robot, "clearance_m", robot.clearance_m, isElsewhere);
     this.set(this.robot, "battery_v", robot.battery_v);
-    setText(this.alarm, robot.touching ? "Touching something" : robot.stalled ? "Wheels stalled" : "");
+    const name = this.store.hello?.robots.find(({ id }) => id === robot.id)?.name ?? "The robot";
+    const failure = robot.failure ? `${name} gives up: ${robot.failure}` : "";
+    setText(this.alarm, robot.touching ? `${name} touches something` : robot.stalled ? `${name}: wheels stalled` : failure);
   }
 
-  private set(list: HTMLElement, name: string, raw: number | null): void {
-    const { label, value, unit } = figure(name, raw);
+  /** What nobody can measure is told apart from what does not exist, which is a dash. */
+  private set(list: HTMLElement, name: string, raw: number | null, isUnknowable = false): void {
+    const { label, value, unit } = isUnknowable && raw === null ? { ...figure(name, raw), value: "not known" } : figure(name, raw);
     const key = `${list === this.robot ? "robot" : "run"}.${name}`;
     let cell = this.cells.get(key);
     if (!cell) {

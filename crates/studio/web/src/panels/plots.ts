@@ -76,6 +76,14 @@ export class PlotsPanel {
     this.schedule();
   }
 
+  /** The plots as they are drawn, for a download; none before the panel was open. */
+  pictures(): { title: string; canvas: HTMLCanvasElement }[] {
+    return this.plots.map((plot, index) => {
+      const spec = PLOTS[index];
+      return { title: spec ? `${spec.title}${spec.unit ? `, ${spec.unit}` : ""}` : "", canvas: plot.ctx.canvas };
+    });
+  }
+
   private schedule(): void {
     if (!this.visible || this.scheduled) return;
     this.scheduled = true;
