@@ -8,6 +8,7 @@
 mod check;
 mod completions;
 mod config;
+mod drive;
 mod explain;
 mod given;
 mod graph;
@@ -52,6 +53,7 @@ struct Cli {
 enum Command {
     Run(run::Args),
     Check(check::Args),
+    Drive(Box<drive::Args>),
     Replay(replay::Args),
     Missions(missions::Args),
     Robot(robot::Args),
@@ -74,6 +76,7 @@ fn main() -> ExitCode {
         None => run::studio_with_doorbell(),
         Some(Command::Run(args)) => run::main(&args),
         Some(Command::Check(args)) => check::main(&args),
+        Some(Command::Drive(args)) => drive::main(&args),
         Some(Command::Replay(args)) => replay::main(&args),
         Some(Command::Missions(args)) => missions::main(&args),
         Some(Command::Robot(args)) => robot::main(&args),

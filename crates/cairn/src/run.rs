@@ -158,7 +158,7 @@ fn headless(
 }
 
 /// Waits for the next tick of real time; a machine that is late goes on from where it is.
-fn wait_for_tick(next: &mut Instant) {
+pub(crate) fn wait_for_tick(next: &mut Instant) {
     *next += TICK;
     match next.checked_duration_since(Instant::now()) {
         Some(rest) => std::thread::sleep(rest),

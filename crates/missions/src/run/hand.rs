@@ -157,7 +157,10 @@ mod tests {
         let model = pioneer();
         let of = |linear_mps, angular_radps| {
             let w = wheels(&model, BodyVelocity { linear_mps, angular_radps });
-            ((w.left_mps + w.right_mps) / 2.0, (w.right_mps - w.left_mps) / model.drive.wheelbase_m)
+            (
+                f64::midpoint(w.left_mps, w.right_mps),
+                (w.right_mps - w.left_mps) / model.drive.wheelbase_m,
+            )
         };
         let near =
             |(v, w): (f64, f64), (a, b): (f64, f64)| (v - a).abs() < 1e-9 && (w - b).abs() < 1e-9;

@@ -22,7 +22,7 @@ const KEYS: Readonly<Record<string, readonly [forwards: number, left: number]>> 
 };
 
 export class Drive {
-  readonly element = h("div", { class: "float drive", role: "group", "aria-label": "Drive by hand", hidden: true });
+  readonly element = h("div", { class: "drive", role: "group", "aria-label": "Drive by hand", hidden: true });
   private readonly knob = h("div", { class: "knob" });
   private readonly stick = h("div", { class: "stick", role: "img", "aria-label": "Stick: hold and drag" }, this.knob);
   private readonly robot = h("select", { class: "field small", "aria-label": "Robot to drive" });
@@ -34,12 +34,11 @@ export class Drive {
   private isOn = false;
   private wasMoving = false;
 
-  constructor(view: HTMLElement, private readonly store: Store, private readonly send: (message: ClientMessage) => boolean) {
+  constructor(private readonly store: Store, private readonly send: (message: ClientMessage) => boolean) {
     this.element.append(
       this.stick,
       h("div", { class: "drive-side" }, this.robot, h("label", {}, "Pace", this.pace), this.told, this.source),
     );
-    view.append(this.element);
     window.addEventListener("keydown", (event) => this.onKey(event, true), { capture: true });
     window.addEventListener("keyup", (event) => this.onKey(event, false), { capture: true });
     window.addEventListener("blur", () => this.letGo());
@@ -137,7 +136,7 @@ export class Drive {
 
   private refresh(wanted: readonly [number, number]): void {
     const [speed_mps, turn_rate_radps] = this.speeds(wanted);
-    this.knob.style.transform = `translate(${(-34 * wanted[1]).toFixed(1)}px, ${(-34 * wanted[0]).toFixed(1)}px)`;
+    this.knob.style.transform = `translate(${(-26 * wanted[1]).toFixed(1)}px, ${(-26 * wanted[0]).toFixed(1)}px)`;
     setText(this.told, `${speed_mps.toFixed(2)} m/s · ${((turn_rate_radps * 180) / Math.PI).toFixed(0)}°/s`);
     const pad = pads()[0];
     setText(this.source, pad ? `Gamepad: ${pad.id.replace(/ *\(.*/, "")}` : "W A S D, arrows, or drag the stick");

@@ -15,8 +15,8 @@ export interface HeaderEvents {
 export class Header {
   private readonly mission = h("select", { class: "field mission", "aria-label": "Mission", disabled: true });
   private readonly about = h("p", { class: "about" });
-  private readonly open = h("button", { class: "button bare square", type: "button", "aria-label": "Open a mission file", title: "Open a mission of your own (TOML)" }, icon("open"));
-  private readonly more = h("button", { class: "button bare square", type: "button", "aria-label": "About this mission", title: "About this mission" }, icon("info"));
+  private readonly open = h("button", { class: "button bare square", type: "button", "aria-label": "Open a file of your own", title: "Open a mission of your own (TOML)" }, icon("open"));
+  private readonly more = h("button", { class: "button bare square", type: "button", "aria-label": "What this is about", title: "What this mission is about" }, icon("info"));
   private readonly sheet = h("dialog", { class: "sheet mission-sheet", "aria-labelledby": "mission-title" });
   private readonly recording = h("span", { class: "pill bad", hidden: true });
   private readonly kind = h("span", { class: "pill warn", hidden: true, title: "A recording: it can be watched, not changed" }, "Replay");

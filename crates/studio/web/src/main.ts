@@ -61,10 +61,10 @@ const map: MapView = new MapView(view, store, {
   followChanged: (follow) => chrome.showFollow(follow),
   viewChanged: () => chrome.refreshReadout(),
 });
-const drive: Drive = new Drive(view, store, send);
+const drive: Drive = new Drive(store, send);
 const downloads = downloadMenu(store, { map: () => map.canvas, plots: () => plots.pictures(), say: (text) => toasts.say(text) });
 const chrome: MapChrome = new MapChrome(view, map, store, { press: (device) => send({ type: "press", device }), stop: () => stopRobot(), downloads });
-mapSection.append(chrome.bar, view);
+mapSection.append(chrome.bar, view, drive.element);
 
 const controls = new Controls(byId("transport"), store, send);
 const verdict = new VerdictBanner(view, store, () => controls.restartRun());
@@ -119,6 +119,11 @@ const probe = {
   frames: () => map.n_frames,
   state: () => store.state,
   tool: (): ToolName => map.tools.tool,
+  known: () => {
+    const way = store.trails.get(0)?.truth.points ?? [];
+    const lengths = way.slice(1).map((point, index) => Math.hypot(point.x_m - (way[index]?.x_m ?? 0), point.y_m - (way[index]?.y_m ?? 0)));
+    return { n_curve_points: store.series.t_s.length, first_s: store.series.t_s[0] ?? NaN, way_m: lengths.reduce((sum, length_m) => sum + length_m, 0) };
+  },
 };
 declare global {
   interface Window {
@@ -154,7 +159,7 @@ function attachSplitters(): void {
     element: dockSplit, label: "Size of the upper panel", key: "dock", isHorizontal: () => true,
     sizeAt: (_x_px, y_px) => y_px - dock.getBoundingClientRect().top,
     current: () => upper.element.clientHeight,
-    limits: () => [130, Math.max(130, dock.clientHeight - 150)],
+    limits: () => [120, Math.max(120, dock.clientHeight - 309)],
     apply: (size_px) => setSize(dock, "--dock-split", size_px),
   });
 }

@@ -76,6 +76,7 @@ export async function startMock({ port = 0, kind = "live", mission = "doorbell",
       case "remove": return run.remove(message.id);
       case "goal": run.goal(message.pose); return null;
       case "press": run.press(message.device); return null;
+      case "drive": return null;
       case "stop": run.robot.goal = null; return null;
       default: return `unknown request "${message.type}"`;
     }

@@ -1,30 +1,9 @@
 // The page against the mock server: everything a user does, with the messages it must send.
 
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { contrastBelow, eventually, launch, noBrowser, open, pageOf, time_s, untilTime } from "./browser.mjs";
+import { contrastBelow, eventually, pageOf, time_s, untilTime } from "./browser.mjs";
+import { pageTest } from "./harness.mjs";
 import { startMock } from "./mock-server.mjs";
-
-let browser;
-before(async () => {
-  if (!noBrowser) browser = await launch();
-});
-after(() => browser?.close());
-
-/** A test with a fresh server and page; fails when the page complained in the console. */
-function pageTest(name, body, { mock: mockOptions, context, mayComplain = false } = {}) {
-  test(name, { skip: noBrowser }, async () => {
-    const mock = await startMock(mockOptions);
-    const opened = await open(browser, mock.url, context);
-    try {
-      await body({ ...opened, mock, sent: (type) => mock.received.filter((message) => message.type === type) });
-      if (!mayComplain) assert.deepEqual(opened.complaints, []);
-    } finally {
-      await opened.close();
-      await mock.close();
-    }
-  });
-}
 
 pageTest("the page loads with map, program and devices and without complaints", async ({ page }) => {
   assert.equal(await page.title(), "The doorbell – Cairn studio");

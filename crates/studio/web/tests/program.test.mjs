@@ -79,6 +79,64 @@ programTest("the doorbell mission reaches its verdict at twenty times", async ({
   assert.deepEqual(complaints, []);
 });
 
+programTest("a page that is opened late shows the way driven and the curves", async ({ page, studio }) => {
+  for (let i = 0; i < 4; i += 1) await page.keyboard.press("]");
+  await ensure(page, true);
+  await page.waitForFunction(() => window.cairn.state().robots[0].goal !== null && window.cairn.state().figures.path_length_m > 1, null, { timeout: VERDICT_TIMEOUT_MS });
+  await ensure(page, false);
+  const late = await open(browser, studio.url);
+  try {
+    const known = await late.page.evaluate(() => window.cairn.known());
+    assert.ok(known.n_curve_points > 100 && known.first_s < 0.5, JSON.stringify(known));
+    assert.ok(known.way_m > 0.9, JSON.stringify(known));
+  } finally {
+    await late.close();
+  }
+});
+
+programTest("keys drive the real robot, and a closed page stops it", async ({ page, studio }) => {
+  await ensure(page, true);
+  await untilTime(page, 1);
+  const watcher = await open(browser, studio.url);
+  try {
+    const begin = await page.evaluate(() => window.cairn.state().robots[0].truth);
+    await page.keyboard.press("m");
+    await page.keyboard.down("s");
+    await watcher.page.waitForFunction(([x, y]) => {
+      const robot = window.cairn.state().robots[0];
+      return robot.phase === "driven by hand" && Math.hypot(robot.truth[0] - x, robot.truth[1] - y) > 0.05;
+    }, begin);
+    await page.close();
+    await watcher.page.waitForFunction(() => window.cairn.state().robots[0].phase !== "driven by hand" && window.cairn.state().robots[0].wheels_mps.every((v) => Math.abs(v) < 0.001));
+  } finally {
+    await watcher.close();
+  }
+}, { args: ["run", "one-obstacle"] });
+
+programTest("a goal that cannot be reached is answered at the click, with the robot's name", async ({ page }) => {
+  await ensure(page, true);
+  await untilTime(page, 1);
+  await page.keyboard.press("g");
+  // Where no trail leads.
+  await page.mouse.click(...(await page.evaluate(() => window.cairn.pageOf([-6.5, 3.5]))));
+  const said = page.getByRole("alert");
+  await said.getByText(/gives up|trail|goal/).first().waitFor({ timeout: 5000 });
+});
+
+programTest("a mission of one's own is opened from the page, stays in the list, and a wrong one is told with its line", async ({ page, complaints }) => {
+  const own = (key) => Buffer.from(`[mission]\nname = "mine"\ntitle = "My empty floor"\n${key} = 9.0\n[world]\nbounds_m = [-2.0, -2.0, 2.0, 2.0]\n[[robots]]\nname = "robot"\n[robots.navigator]\nroute = "direct"\n`);
+  await page.locator("#mission-file").setInputFiles({ name: "mine.toml", mimeType: "text/plain", buffer: own("duration_max_s") });
+  await page.getByText("An empty world").waitFor();
+  const list = page.getByLabel("Mission");
+  assert.equal(await list.inputValue(), "mine");
+  await list.selectOption("doorbell");
+  await page.getByText("An empty world").waitFor({ state: "hidden" });
+  assert.equal(await list.locator("optgroup[label='Your own'] option").textContent(), "My empty floor");
+  assert.deepEqual(complaints, []);
+  await page.locator("#mission-file").setInputFiles({ name: "wrong.toml", mimeType: "text/plain", buffer: own("duration") });
+  await page.locator(".refusal").getByText(/wrong\.toml[^]*line 4/).waitFor();
+});
+
 programTest("the page comes back by itself after the program restarts", async ({ page, studio }) => {
   await studio.stop();
   await page.getByText(/Connection lost, trying again/).waitFor();

@@ -1,0 +1,132 @@
+//! A script in place of a hand: a line for each piece of the drive.
+
+use std::{
+    fs::File,
+    io::{BufRead, BufReader, Read as _},
+    sync::mpsc,
+};
+
+use anyhow::{Context, anyhow, ensure};
+
+/// Longest script, bytes.
+const BYTES_MAX: u64 = 1 << 20;
+/// Lines that may wait.
+const N_WAITING: usize = 64;
+
+/// A piece of the drive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Piece {
+    /// Where it stands, from 1.
+    pub(super) line: usize,
+    pub(super) seconds: f64,
+    pub(super) speed_mps: f64,
+    pub(super) turn_rate_radps: f64,
+}
+
+/// The pieces, as they come.
+pub(super) struct Script {
+    pieces: mpsc::Receiver<anyhow::Result<Piece>>,
+}
+
+impl Script {
+    /// Begins to read a file, or standard input for `-`.
+    pub(super) fn open(name: &str) -> anyhow::Result<Self> {
+        let (source, shown): (Box<dyn std::io::Read + Send>, String) = match name {
+            "-" => (Box::new(std::io::stdin()), "standard input".to_owned()),
+            name => {
+                let file = File::open(name).with_context(|| format!("{name}: cannot be read"))?;
+                let about = file.metadata().with_context(|| format!("{name}: cannot be read"))?;
+                ensure!(
+                    about.len() <= BYTES_MAX,
+                    "{name}: {} bytes are no script of a drive; at most {BYTES_MAX}",
+                    about.len()
+                );
+                (Box::new(file), name.to_owned())
+            }
+        };
+        let (give, pieces) = mpsc::sync_channel(N_WAITING);
+        std::thread::Builder::new()
+            .name("script".to_owned())
+            .spawn(move || {
+                let mut left = BufReader::new(source).take(BYTES_MAX);
+                for line in 1.. {
+                    let mut text = String::new();
+                    let piece = match left.read_line(&mut text) {
+                        Ok(0) => break,
+                        Ok(_) => piece(&shown, line, &text).transpose(),
+                        Err(error) => Some(Err(anyhow!("{shown}:{line}: cannot be read: {error}"))),
+                    };
+                    let Some(piece) = piece else { continue };
+                    let is_wrong = piece.is_err();
+                    if give.send(piece).is_err() || is_wrong {
+                        break;
+                    }
+                }
+            })
+            .context("cannot read the script beside driving")?;
+        Ok(Self { pieces })
+    }
+
+    /// The next piece: `None` at the end, `Some(None)` when there is none at the moment, which does not happen to
+    /// whoever waits.
+    pub(super) fn next(&mut self, waits: bool) -> anyhow::Result<Option<Option<Piece>>> {
+        let next = if waits {
+            self.pieces.recv().map_err(|_end| mpsc::TryRecvError::Disconnected)
+        } else {
+            self.pieces.try_recv()
+        };
+        match next {
+            Ok(piece) => Ok(Some(Some(piece?))),
+            Err(mpsc::TryRecvError::Empty) => Ok(Some(None)),
+            Err(mpsc::TryRecvError::Disconnected) => Ok(None),
+        }
+    }
+}
+
+/// Reads a line; `None` for an empty one.
+fn piece(shown: &str, line: usize, text: &str) -> anyhow::Result<Option<Piece>> {
+    let text = text.split('#').next().unwrap_or_default();
+    let words: Vec<&str> = text.split_whitespace().collect();
+    if words.is_empty() {
+        return Ok(None);
+    }
+    let numbers: Option<Vec<f64>> = words
+        .iter()
+        .map(|word| word.parse().ok().filter(|value: &f64| value.is_finite()))
+        .collect();
+    let Some([seconds, speed_mps, turn_rate_radps]) = numbers.as_deref() else {
+        return Err(anyhow!(
+            "{shown}:{line}: `{}`: must be three numbers: seconds, m/s and rad/s, such as 2 0.3 0",
+            text.trim()
+        ));
+    };
+    ensure!(
+        (0.01..=3600.0).contains(seconds),
+        "{shown}:{line}: {seconds} s: must be from 0.01 to 3600 s"
+    );
+    ensure!(
+        speed_mps.abs() <= 10.0 && turn_rate_radps.abs() <= 20.0,
+        "{shown}:{line}: {speed_mps} m/s and {turn_rate_radps} rad/s: must be within 10 m/s and 20 rad/s"
+    );
+    let (seconds, speed_mps, turn_rate_radps) = (*seconds, *speed_mps, *turn_rate_radps);
+    Ok(Some(Piece { line, seconds, speed_mps, turn_rate_radps }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_pieces_and_remarks_are_not() {
+        let read = |text: &str| piece("x.txt", 3, text).map_err(|error| error.to_string());
+        assert_eq!(read("  # nothing\n"), Ok(None));
+        let found = Piece { line: 3, seconds: 2.0, speed_mps: 0.3, turn_rate_radps: -0.5 };
+        assert_eq!(read("2 0.3\t-0.5 # an arc\n"), Ok(Some(found)));
+        for wrong in ["2 0.3", "2 0.3 0 1", "a b c", "2 inf 0", "2 0.3 NaN"] {
+            let said = read(wrong).unwrap_err();
+            assert!(said.starts_with("x.txt:3: ") && said.contains("2 0.3 0"), "{said}");
+        }
+        assert!(read("0 0.3 0").unwrap_err().contains("0.01 to 3600 s"));
+        assert!(read("2 99 0").unwrap_err().contains("within 10 m/s"));
+    }
+}
