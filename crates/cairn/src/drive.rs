@@ -40,6 +40,7 @@ const STANDING_MPS: f64 = 0.005;
     Released keys stop the robot within 0.8 s, in terminals that report releases within 0.3 s; so does a closed terminal.\n\n\
     A script has one piece a line: seconds, m/s, rad/s (counter-clockwise), and # before remarks.\n\n\
     Examples:\n  cairn drive doorbell\n  \
+    cairn drive one-obstacle --piece 2,0.3,0 --piece 1.5,0.2,0.8\n  \
     printf '2 0.3 0\\n1 0 0.8\\n2 0.3 0\\n' | cairn drive one-obstacle --script -\n  \
     cairn drive one-obstacle --script square.txt --record by-hand.mcap\n  \
     cairn drive --connect 127.0.0.1:8101\n  cairn drive --serial /dev/ttyUSB0 --baud 9600")]
@@ -62,6 +63,14 @@ pub(crate) struct Args {
     /// Drives by this script (`-`: standard input) instead of keys; in simulation as fast as it can
     #[arg(long, value_name = "FILE")]
     script: Option<String>,
+    /// The same on the command line, one piece each; may be given several times
+    #[arg(
+        long = "piece",
+        value_name = "SECONDS,MPS,RADPS",
+        allow_hyphen_values = true,
+        conflicts_with = "script"
+    )]
+    pieces: Vec<String>,
     /// Seed of everything random; the mission's own unless given
     #[arg(long, value_name = "N", value_parser = parse::seed)]
     seed: Option<u64>,
@@ -77,7 +86,11 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
-    let script = args.script.as_deref().map(Script::open).transpose()?;
+    let script = match &args.script {
+        Some(name) => Some(Script::open(name)?),
+        None if args.pieces.is_empty() => None,
+        None => Some(Script::of(&args.pieces)?),
+    };
     if script.is_none() {
         keys::ensure_terminal()?;
     }

@@ -67,6 +67,18 @@ impl Script {
         Ok(Self { pieces })
     }
 
+    /// A script of the command line.
+    pub(super) fn of(pieces: &[String]) -> anyhow::Result<Self> {
+        let (give, receive) = mpsc::sync_channel(pieces.len());
+        for (line, text) in (1..).zip(pieces) {
+            let piece = piece("--piece", line, &text.replace(',', " "))?;
+            let piece = piece.with_context(|| format!("--piece {line} is empty"))?;
+            // There is room for all of them.
+            drop(give.send(Ok(piece)));
+        }
+        Ok(Self { pieces: receive })
+    }
+
     /// The next piece: `None` at the end, `Some(None)` when there is none at the moment, which does not happen to
     /// whoever waits.
     pub(super) fn next(&mut self, waits: bool) -> anyhow::Result<Option<Option<Piece>>> {

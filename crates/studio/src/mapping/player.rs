@@ -152,7 +152,7 @@ impl Player {
 
     /// Takes back runs that were finished.
     fn take_back(&mut self) -> bool {
-        self.runs.iter_mut().fold(false, |any, run| run.take_back() || any)
+        self.runs.iter_mut().filter_map(|run| run.take_back().then_some(())).count() > 0
     }
 
     /// What was there before stays.

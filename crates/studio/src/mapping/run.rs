@@ -28,6 +28,9 @@ pub(crate) enum Phase {
 /// Counts the surveys that are being finished, those that nobody waits for any more included.
 pub(crate) type Finishing = Arc<()>;
 
+/// A survey that comes back, and why it could not be finished.
+type Finished = (Box<Job>, Result<(), String>);
+
 /// A survey under way, in the slot of its index.
 #[derive(Debug)]
 pub(crate) struct Run {
@@ -39,7 +42,7 @@ pub(crate) struct Run {
     job: Option<Box<Job>>,
     /// How it stood when it was given away.
     before: Option<RunState>,
-    back: Option<mpsc::Receiver<(Box<Job>, Result<(), String>)>>,
+    back: Option<mpsc::Receiver<Finished>>,
     /// When its map is looked at next.
     map_due: Instant,
     /// Scans were taken since the last picture.

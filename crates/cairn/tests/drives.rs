@@ -1,0 +1,70 @@
+//! `cairn drive` from end to end: scripts in simulation and over the bytes of a real robot's protocol.
+
+mod support;
+
+use std::{io::Write as _, process::Stdio};
+
+use support::Place;
+
+/// Forwards for 2 s at 0.3 m/s with 0.3 m/s²: v t, and what is braked behind it is what was missing before. Then about
+/// 0.8 rad/s · 1 s, and the hold of half a second is cut short by the next piece.
+#[test]
+fn a_script_drives_as_far_as_it_says() {
+    let place = Place::new();
+    let pieces = "drive one-obstacle --piece 2,0.3,0 --piece 3,0,0 --format json";
+    let end = place.cairn(pieces).fine().json();
+    let way_m = end["path_length_m"].as_f64().unwrap();
+    assert!((way_m - 0.6).abs() < 0.06, "{way_m} m");
+    let pieces = "drive one-obstacle --piece 1,0,-0.8 --piece 3,0,0 --format json";
+    let turned_rad = place.cairn(pieces).fine().json()["pose"][2].as_f64().unwrap();
+    assert!((turned_rad + 0.8).abs() < 0.15, "{turned_rad} rad");
+}
+
+#[test]
+fn standard_input_and_files_are_scripts_and_a_recording_repeats_them() {
+    let place = Place::new();
+    place.write("arc.txt", "# an arc\n1.5 0.2 0.4\n\n0.5 -0.1 0 # and back\n");
+    let by_file =
+        place.cairn("drive one-obstacle --script arc.txt --record arc.mcap --format json");
+    let by_file = by_file.fine().json();
+    let mut command = place.command();
+    command.args(["drive", "one-obstacle", "--script", "-", "--format", "json"]);
+    let mut process = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    process.stdin.take().unwrap().write_all(place.read("arc.txt").as_bytes()).unwrap();
+    let output = process.wait_with_output().unwrap();
+    let by_pipe: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(by_file, by_pipe);
+    let replay = place.cairn("replay arc.mcap --headless --format json").fine().json();
+    assert_eq!(
+        (&replay["state_hash"], &replay["first_difference"]),
+        (&by_file["state_hash"], &serde_json::Value::Null)
+    );
+}
+
+/// Real time passes here: a robot at the end of a line has its own.
+#[test]
+fn a_pioneer_on_a_line_is_driven_and_stands_at_the_end() {
+    let place = Place::new();
+    let robot = place.serve("robot pioneer3dx --world one-obstacle --listen 127.0.0.1:0");
+    let drive = format!("drive --connect {} --piece 1,0.3,0 --format json", robot.address);
+    let end = place.cairn(&drive).fine().json();
+    let way_m = end["path_length_m"].as_f64().unwrap();
+    assert!(way_m > 0.1 && end["contacts"].is_null(), "{end}");
+}
+
+#[test]
+fn what_cannot_be_driven_is_refused_with_2() {
+    let place = Place::new();
+    place.write("wrong.txt", "1 0.2 0\n1 fast 0\n");
+    place
+        .cairn("drive doorbell --script wrong.txt")
+        .refused(2, &["wrong.txt:2", "fast", "2 0.3 0"]);
+    place.cairn("drive doorbell --script nowhere.txt").refused(2, &["nowhere.txt"]);
+    place.cairn("drive doorbell").refused(2, &["no terminal", "--script"]);
+    place.cairn("drive doorbell --robot nobody --piece 1,0,0").refused(2, &["nobody", "assistant"]);
+    place.cairn("drive doorbell --piece 1,2").refused(2, &["--piece:1", "three numbers"]);
+    place
+        .cairn("drive --connect 127.0.0.1:1 --piece 1,0,0")
+        .refused(2, &["127.0.0.1:1", "switched on"]);
+    place.cairn("drive decision-rig --piece 1,0,0").refused(2, &["no robot to drive"]);
+}
