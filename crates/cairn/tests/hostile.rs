@@ -7,7 +7,6 @@
 #![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test that cannot go on fails")]
 #![expect(
     clippy::disallowed_methods,
-    clippy::print_stderr,
     reason = "what honest pages notice is measured by the clock, and printed"
 )]
 
@@ -71,8 +70,8 @@ impl Studio {
 
     fn connect(&self) -> TcpStream {
         let stream = TcpStream::connect(&self.address).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
-        stream.set_write_timeout(Some(Duration::from_secs(60))).unwrap();
+        stream.set_read_timeout(Some(Duration::from_mins(1))).unwrap();
+        stream.set_write_timeout(Some(Duration::from_mins(1))).unwrap();
         stream
     }
 
@@ -151,8 +150,9 @@ fn huge_frame(studio: &Studio, _: &Trial, stop: &AtomicBool) {
         head.extend(10_000_000_u64.to_be_bytes());
         head.extend([1, 2, 3, 4]);
         let mut is_taken = stream.write_all(&head).is_ok();
+        let piece = vec![b'x'; 64 * 1024];
         for _ in 0..160 {
-            is_taken &= stream.write_all(&[b'x'; 64 * 1024]).is_ok();
+            is_taken &= stream.write_all(&piece).is_ok();
         }
         if is_taken {
             drop(stream.read(&mut [0; 1024]));
@@ -255,14 +255,15 @@ fn hostile_clients_cost_little_memory_and_honest_pages_go_on() {
     let attacks: [Attack; 5] = [huge_frame, never_reads, slow_loris, half_requests, flood];
     let stop = Arc::new(AtomicBool::new(false));
     let disturbed = watched(&studio, || {
+        let (studio, trial, stop) = (&studio, &trial, &stop);
         thread::scope(|scope| {
             for _ in 0..trial.n_of_each {
                 for attack in attacks {
-                    scope.spawn(|| attack(&studio, &trial, &stop));
+                    scope.spawn(move || attack(studio, trial, stop));
                 }
             }
             for _ in 0..8 {
-                scope.spawn(|| upload(&studio, &trial, &stop));
+                scope.spawn(move || upload(studio, trial, stop));
             }
             thread::sleep(trial.lasts);
             stop.store(true, Ordering::Relaxed);
