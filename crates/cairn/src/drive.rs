@@ -6,7 +6,7 @@
 mod keys;
 mod script;
 
-use std::{path::PathBuf, process::ExitCode, time::Instant};
+use std::{fmt::Write as _, path::PathBuf, process::ExitCode, time::Instant};
 
 use anyhow::{Context, bail, ensure};
 use missions::{DRIVE_HOLD, Intervention, LogLevel, Mission, Recorder, Run, ViewState};
@@ -19,7 +19,7 @@ use crate::{
     run::wait_for_tick,
 };
 use keys::Keys;
-use script::{Piece, Script};
+use script::{Next, Piece, Script};
 
 /// Steps between two renewals of a speed.
 const STEPS_PER_RENEWAL: u64 = 10;
@@ -221,11 +221,16 @@ impl Car {
         let limits = self.run.scene().robots.swap_remove(self.robot);
         let most = [limits.hand_speed_max_mps, limits.hand_turn_rate_max_radps];
         // Where time is real, a script that has nothing to say for a while leaves the robot standing.
-        while let Some(piece) = script.next(self.pace.is_none())? {
-            let Some(Piece { line, seconds, speed_mps, turn_rate_radps }) = piece else {
-                self.step()?;
-                continue;
-            };
+        loop {
+            let Piece { line, seconds, speed_mps, turn_rate_radps } =
+                match script.next(self.pace.is_none())? {
+                    Next::Piece(piece) => piece,
+                    Next::Nothing => {
+                        self.step()?;
+                        continue;
+                    }
+                    Next::End => return Ok(()),
+                };
             if speed_mps.abs() > most[0] || turn_rate_radps.abs() > most[1] {
                 self.say(format_args!(
                     "line {line}: more than {:.2} m/s and {:.2} rad/s by hand: both are scaled down",
@@ -241,7 +246,6 @@ impl Car {
                 self.step()?;
             }
         }
-        Ok(())
     }
 
     fn by_keys(&mut self) -> anyhow::Result<()> {
@@ -302,7 +306,8 @@ impl Car {
             f64::midpoint(left_mps, right_mps)
         );
         if let Some(clearance_m) = robot.clearance_m {
-            line.push_str(&format!("  {clearance_m:.2} m clear"));
+            // Writing to a string cannot fail.
+            let _written = write!(line, "  {clearance_m:.2} m clear");
         }
         if robot.touching {
             line.push_str("  TOUCHES SOMETHING");

@@ -73,10 +73,10 @@ impl Keys {
             match key.code {
                 _ if ends => return Ok(false),
                 KeyCode::Char('+' | '=') if is_press => {
-                    self.pace = (self.pace + PACE_STEP).min(1.0)
+                    self.pace = (self.pace + PACE_STEP).min(1.0);
                 }
                 KeyCode::Char('-') if is_press => {
-                    self.pace = (self.pace - PACE_STEP).max(PACE_STEP)
+                    self.pace = (self.pace - PACE_STEP).max(PACE_STEP);
                 }
                 _ => self.hand.take(key, self.is_precise, now),
             }

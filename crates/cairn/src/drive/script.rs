@@ -23,6 +23,15 @@ pub(super) struct Piece {
     pub(super) turn_rate_radps: f64,
 }
 
+/// What a script says next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Next {
+    Piece(Piece),
+    /// Nothing at the moment; does not happen to whoever waits.
+    Nothing,
+    End,
+}
+
 /// The pieces, as they come.
 pub(super) struct Script {
     pieces: mpsc::Receiver<anyhow::Result<Piece>>,
@@ -79,18 +88,17 @@ impl Script {
         Ok(Self { pieces: receive })
     }
 
-    /// The next piece: `None` at the end, `Some(None)` when there is none at the moment, which does not happen to
-    /// whoever waits.
-    pub(super) fn next(&mut self, waits: bool) -> anyhow::Result<Option<Option<Piece>>> {
+    /// What comes next.
+    pub(super) fn next(&mut self, waits: bool) -> anyhow::Result<Next> {
         let next = if waits {
             self.pieces.recv().map_err(|_end| mpsc::TryRecvError::Disconnected)
         } else {
             self.pieces.try_recv()
         };
         match next {
-            Ok(piece) => Ok(Some(Some(piece?))),
-            Err(mpsc::TryRecvError::Empty) => Ok(Some(None)),
-            Err(mpsc::TryRecvError::Disconnected) => Ok(None),
+            Ok(piece) => Ok(Next::Piece(piece?)),
+            Err(mpsc::TryRecvError::Empty) => Ok(Next::Nothing),
+            Err(mpsc::TryRecvError::Disconnected) => Ok(Next::End),
         }
     }
 }
