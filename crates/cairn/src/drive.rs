@@ -9,11 +9,13 @@ mod script;
 use std::{fmt::Write as _, path::PathBuf, process::ExitCode, time::Instant};
 
 use anyhow::{Context, bail, ensure};
+use files::{Kind, Outputs};
 use missions::{DRIVE_HOLD, Intervention, LogLevel, Mission, Recorder, Run, ViewState};
 use run_context::RunSeed;
 use serde_json::json;
 
 use crate::{
+    given,
     output::{Format, say},
     parse,
     run::wait_for_tick,
@@ -80,6 +82,9 @@ pub(crate) struct Args {
     /// Records the drive (MCAP); `cairn replay` shows it again
     #[arg(long, value_name = "FILE", conflicts_with_all = ["connect", "serial"])]
     record: Option<PathBuf>,
+    /// Replaces a recording of that name
+    #[arg(long, requires = "record")]
+    force: bool,
     /// How the end is printed
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -97,9 +102,15 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     let mission = mission(args)?;
     let seed = args.seed.map_or_else(|| mission.seed(), RunSeed);
     let is_elsewhere = mission.has_real_robot();
+    let read = mission.read_from().iter().cloned().chain(script_file(args));
+    let outputs = Outputs::new(args.force).keeping(read.collect::<Vec<PathBuf>>());
+    if let Some(path) = &args.record {
+        outputs.check(path, Kind::RECORDING)?;
+    }
     let run = Run::new(mission, seed)?;
     let robot = index_of(&run, args.robot.as_deref())?;
-    let recorder = args.record.as_deref().map(|path| Recorder::create(path, &run)).transpose()?;
+    let begin = |path: &PathBuf| Recorder::create(path, &run, &outputs);
+    let recorder = args.record.as_ref().map(begin).transpose()?;
     let mut car = Car {
         run,
         robot,
@@ -129,7 +140,11 @@ fn mission(args: &Args) -> anyhow::Result<Mission> {
         (_, Some(device)) => json!({ "kind": "serial", "device": device, "baud": args.baud }),
         _ => {
             let name = args.mission.as_deref().unwrap_or("doorbell");
-            return Ok(Mission::load(name, &args.overrides)?);
+            ensure!(
+                name != "-" || args.script.as_deref() != Some("-"),
+                "the mission and the script cannot both come from standard input"
+            );
+            return given::mission(name, &args.overrides);
         }
     };
     let file = json!({
@@ -142,6 +157,10 @@ fn mission(args: &Args) -> anyhow::Result<Mission> {
     });
     let text = toml::to_string(&file).context("cannot write the mission of a single robot")?;
     Ok(Mission::parse("a robot on a line", &text, &[])?)
+}
+
+fn script_file(args: &Args) -> Option<PathBuf> {
+    args.script.as_deref().filter(|name| *name != "-").map(PathBuf::from)
 }
 
 fn index_of(run: &Run, name: Option<&str>) -> anyhow::Result<usize> {

@@ -68,7 +68,7 @@ fn what_was_driven_by_hand_replays_bit_for_bit() {
     let path = folder.path().join("by-hand.mcap");
     let mission = Mission::load("doorbell", &[]).unwrap();
     let mut run = Run::new(mission, RunSeed(3)).unwrap();
-    let mut recorder = Recorder::create(&path, &run).unwrap();
+    let mut recorder = Recorder::create(&path, &run, &files::Outputs::new(false)).unwrap();
     for step in 0..800_i32 {
         if step % 7 == 0 && (100..500).contains(&step) {
             let (speed_mps, turn_rate_radps) =
