@@ -25,6 +25,7 @@
 
 mod intervention;
 mod mission;
+mod outline;
 mod record;
 mod replay;
 mod run;
@@ -36,6 +37,7 @@ mod view;
 
 pub use intervention::{Intervention, InterventionError, RecordedIntervention};
 pub use mission::{ExpectedVerdict, Mission, MissionError, SettingError, ShippedInfo, file};
+pub use outline::{Mark, Outline};
 pub use record::{RecordError, Recorder};
 pub use replay::{Divergence, Replay, ReplayError, ReplayReport};
 pub use run::{DRIVE_HOLD, Run, RunError, STEP, world_of};

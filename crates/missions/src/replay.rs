@@ -208,6 +208,15 @@ impl Replay {
     }
 }
 
+impl Replay {
+    /// What is left of it in brief: all of it before the first step.
+    pub fn outline(&mut self) -> crate::Outline {
+        let n_steps = self.run.steps() + self.hashes.len() as u64;
+        let coming = self.interventions.make_contiguous();
+        crate::outline::outline(self.run.mission(), n_steps, coming)
+    }
+}
+
 /// What a file holds.
 #[derive(Default)]
 struct Contents {

@@ -320,6 +320,8 @@ mod tests {
             duration_max_s: 1.0,
             kind: "live",
             recording: None,
+            length_s: None,
+            marks: Vec::new(),
         };
         hello("1".to_owned(), info, &[], &run.scene())
     }

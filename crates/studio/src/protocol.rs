@@ -63,6 +63,11 @@ pub(crate) enum Request {
         /// Its number.
         robot: usize,
     },
+    /// Go to a time of a recording, forwards or backwards.
+    Seek {
+        /// Time since its beginning, s.
+        t_s: f64,
+    },
     /// Drive a robot by hand for half a second of its time; to drive on, ask again.
     Drive {
         /// Its number.
@@ -110,6 +115,10 @@ pub(crate) struct MissionInfo {
     pub kind: &'static str,
     /// The file in which this run is recorded.
     pub recording: Option<String>,
+    /// How long the recording is that is shown, s.
+    pub length_s: Option<f64>,
+    /// When (s) something was done in it, whether a person did it, and what.
+    pub marks: Vec<(f64, bool, String)>,
 }
 
 /// A mission that can be chosen.

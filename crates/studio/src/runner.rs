@@ -150,6 +150,8 @@ pub(crate) struct Runner {
     /// Steps owed to the page's clock; below one between frames.
     steps_due: f64,
     verdict_seen: bool,
+    /// The step of a recording that is looked for.
+    seeks: Option<u64>,
     outlets: Outlets,
     requests: mpsc::Receiver<(Request, Answer)>,
 }
@@ -206,6 +208,7 @@ impl Runner {
             advanced_at: None,
             steps_due: 0.0,
             verdict_seen: false,
+            seeks: None,
             outlets: Outlets { hello, state, log, news },
             requests,
         };
@@ -222,7 +225,9 @@ impl Runner {
             if stop() {
                 break;
             }
-            if self.playing {
+            if self.seeks.is_some() {
+                self.seek_on();
+            } else if self.playing {
                 self.advance();
                 if frame.is_multiple_of(self.frames_per_state()) || !self.playing {
                     self.publish();
@@ -278,7 +283,10 @@ impl Runner {
         if answers.is_empty() {
             return;
         }
-        self.publish();
+        // On the way to another time nothing is shown.
+        if self.seeks.is_none() {
+            self.publish();
+        }
         for (answer, outcome) in answers.drain(..) {
             // A page that left does not wait for its answer.
             drop(answer.send(outcome));
@@ -390,6 +398,7 @@ impl Runner {
                     .apply(Intervention::SendGoal { robot, goal_in_map: Se2::new(x, y, yaw) })?;
             }
             Request::Stop { robot } => self.session.apply(Intervention::Stop { robot })?,
+            Request::Seek { t_s } => self.seek(t_s)?,
             Request::Drive { robot, speed_mps, turn_rate_radps } => {
                 self.drive_by_hand(Intervention::Drive { robot, speed_mps, turn_rate_radps })?;
             }
@@ -398,6 +407,55 @@ impl Runner {
             }
         }
         Ok(())
+    }
+
+    /// Begins to look for a time of a recording. Backwards it is run again from its beginning: every step is the same
+    /// however it was reached.
+    fn seek(&mut self, t_s: f64) -> Result<(), String> {
+        let Some(outline) = self.session.outline() else {
+            return Err(
+                "only a recording can be wound; a run that is live has no other time".to_owned()
+            );
+        };
+        if !t_s.is_finite() {
+            return Err("the time to go to must be a number of seconds".to_owned());
+        }
+        // Casts from floats saturate.
+        let step = ((t_s * STEPS_PER_SECOND).round().max(0.0) as u64).min(outline.n_steps);
+        if step < self.session.run().steps() {
+            let mut show = self.show.clone();
+            self.session = Session::start(&mut show)?;
+            self.said.clear();
+            self.log.clear();
+            self.steps_due = 0.0;
+            self.verdict_seen = false;
+            self.begin();
+        }
+        self.seeks = Some(step);
+        Ok(())
+    }
+
+    /// Goes on to the time that is looked for, as far as a frame allows.
+    fn seek_on(&mut self) {
+        let begins = Instant::now();
+        while self.seeks.is_some_and(|step| self.session.run().steps() < step) {
+            if begins.elapsed() > FRAME.mul_f64(0.8) {
+                return;
+            }
+            let (playing, steps) = (self.playing, self.session.run().steps());
+            self.step();
+            // The verdict holds time when it is played, not when it is passed over.
+            self.playing = playing;
+            if self.session.run().steps() == steps {
+                break;
+            }
+        }
+        self.seeks = None;
+        drop(self.session.run_mut().drain_trace());
+        self.run_number += 1;
+        self.pace_afresh();
+        self.announce();
+        self.publish();
     }
 
     /// Nobody steers what is faster than life.
@@ -444,6 +502,7 @@ impl Runner {
         self.log.clear();
         self.steps_due = 0.0;
         self.verdict_seen = false;
+        self.seeks = None;
         self.playing = true;
         self.pace_afresh();
         self.greet();
@@ -456,15 +515,32 @@ impl Runner {
 
     /// Publishes the greeting of a new run.
     fn greet(&mut self) {
-        let recording = self.session.recording().and_then(Path::file_name);
-        let recording = recording.map(|name| name.to_string_lossy().into_owned());
+        self.begin();
+        self.announce();
+        let step = self.session.run().steps();
+        let notes = self.session.notes().into_iter();
+        self.said.extend(notes.map(|(level, text)| RunLog { step, level, text }));
+    }
+
+    /// Looks at a run that begins.
+    fn begin(&mut self) {
         let run = self.session.run_mut();
         self.scene = run.scene();
         // A crowd has no links to look at.
         run.set_trace(convert::n_robots_in_full(&self.scene) == self.scene.robots.len());
         self.edges = Edges::of(run);
-        let past = (self.run_number, History::new(convert::n_robots_in_full(&self.scene)));
-        *self.past.lock().unwrap_or_else(PoisonError::into_inner) = past;
+        let past = History::new(convert::n_robots_in_full(&self.scene));
+        self.past.lock().unwrap_or_else(PoisonError::into_inner).1 = past;
+    }
+
+    /// Greets every page anew, with all that was said so far.
+    fn announce(&mut self) {
+        self.past.lock().unwrap_or_else(PoisonError::into_inner).0 = self.run_number;
+        let recording = self.session.recording().and_then(Path::file_name);
+        let outline = self.session.outline();
+        let seconds = |step: u64| step as f64 / STEPS_PER_SECOND;
+        let marks = outline.map_or(&[][..], |outline| &outline.marks);
+        let run = self.session.run();
         let mission = run.mission();
         let info = MissionInfo {
             name: self.mission_name.clone(),
@@ -473,17 +549,17 @@ impl Runner {
             seed: run.seed().0,
             duration_max_s: mission.duration_max().as_secs_f64(),
             kind: if self.show.is_replay() { "replay" } else { "live" },
-            recording,
+            recording: recording.map(|name| name.to_string_lossy().into_owned()),
+            length_s: outline.map(|outline| seconds(outline.n_steps)),
+            marks: marks.iter().map(|m| (seconds(m.step), m.by_person, m.text.clone())).collect(),
         };
         // Differs from every other run of this and of other programs on this port.
-        let run = format!("{}-{}", std::process::id(), self.run_number);
+        let number = format!("{}-{}", std::process::id(), self.run_number);
         let missions = in_list(&self.library).names();
-        let hello = convert::hello(run, info, &missions, &self.scene);
+        let hello = convert::hello(number, info, &missions, &self.scene);
+        // The log first: a page that is greeted looks at it at once.
+        self.outlets.log.send_replace(self.told(&Log { items: self.log.clone() }));
         self.outlets.hello.send_replace(self.told(&hello));
-        self.outlets.log.send_replace(self.told(&Log { items: Vec::new() }));
-        let step = self.session.run().steps();
-        let notes = self.session.notes().into_iter();
-        self.said.extend(notes.map(|(level, text)| RunLog { step, level, text }));
     }
 
     fn publish(&mut self) {

@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use files::{Outputs, Refusal};
-use missions::{Intervention, LogItem, LogLevel, Mission, RecordError, Recorder, Replay, Run};
+use missions::{
+    Intervention, LogItem, LogLevel, Mission, Outline, RecordError, Recorder, Replay, Run,
+};
 use run_context::RunSeed;
 
 /// Names that are tried for the recording of a restart.
@@ -69,7 +71,7 @@ impl Show {
 #[derive(Debug)]
 pub(crate) enum Session {
     Live { run: Box<Run>, recorder: Option<Box<Recorder>> },
-    Replay(Box<Replay>),
+    Replay(Box<Replay>, Outline),
 }
 
 impl Session {
@@ -82,8 +84,9 @@ impl Session {
                 Ok(Self::Live { run: Box::new(run), recorder })
             }
             Show::Replay(path) => {
-                let replay = Replay::open(path).map_err(|e| e.to_string())?;
-                Ok(Self::Replay(Box::new(replay)))
+                let mut replay = Replay::open(path).map_err(|e| e.to_string())?;
+                let outline = replay.outline();
+                Ok(Self::Replay(Box::new(replay), outline))
             }
         }
     }
@@ -114,20 +117,28 @@ impl Session {
     }
 
     pub(crate) fn is_replay(&self) -> bool {
-        matches!(self, Self::Replay(_))
+        matches!(self, Self::Replay(..))
+    }
+
+    /// What the recording holds that is shown.
+    pub(crate) fn outline(&self) -> Option<&Outline> {
+        match self {
+            Self::Replay(_, outline) => Some(outline),
+            Self::Live { .. } => None,
+        }
     }
 
     pub(crate) fn run(&self) -> &Run {
         match self {
             Self::Live { run, .. } => run,
-            Self::Replay(replay) => replay.run(),
+            Self::Replay(replay, _) => replay.run(),
         }
     }
 
     pub(crate) fn run_mut(&mut self) -> &mut Run {
         match self {
             Self::Live { run, .. } => run,
-            Self::Replay(replay) => replay.run_mut(),
+            Self::Replay(replay, _) => replay.run_mut(),
         }
     }
 
@@ -145,7 +156,7 @@ impl Session {
                 }
                 Ok(true)
             }
-            Self::Replay(replay) => {
+            Self::Replay(replay, _) => {
                 let more = replay.step();
                 log.extend(replay.run_mut().drain_log());
                 Ok(more)
@@ -157,7 +168,7 @@ impl Session {
     pub(crate) fn apply(&mut self, intervention: Intervention) -> Result<(), String> {
         match self {
             Self::Live { run, .. } => run.apply(intervention).map_err(|error| error.to_string()),
-            Self::Replay(_) => {
+            Self::Replay(..) => {
                 Err("a replay shows what was recorded; nothing can be changed in it".to_owned())
             }
         }

@@ -290,6 +290,51 @@ fn a_replay_plays_and_refuses_to_be_changed() {
     assert_eq!(end["verdict"]["passed"], true);
 }
 
+/// Wound to a time, forwards and backwards, a recording shows what it showed when it was played there.
+#[test]
+fn a_replay_is_wound_to_any_time_and_shows_the_same_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("drive.mcap");
+    record("one-obstacle", &path);
+    let studio = Studio::start(studio::Show::Replay(path), 1.0);
+    let mut page = studio.page();
+    let hello = page.until("hello", |_| true);
+    let length_s = hello["mission"]["length_s"].as_f64().unwrap();
+    assert!(length_s > 10.0);
+    assert!(
+        hello["mission"]["marks"].as_array().unwrap().iter().any(|m| m[2] == "a goal is given")
+    );
+    page.pause();
+    let mut at = |t_s: f64| {
+        page.send(&json!({"type": "seek", "t_s": t_s}));
+        let hello = page.until("hello", |_| true);
+        assert_eq!(hello["mission"]["length_s"], length_s);
+        let history = page.until("history", |_| true);
+        let last_s = history["t_s"].as_array().unwrap().last().map_or(0.0, |t| t.as_f64().unwrap());
+        assert!(
+            (last_s - t_s.clamp(0.0, length_s)).abs() <= 0.1 + 1e-9,
+            "the past up to there: {last_s} s"
+        );
+        let state = page.state(|_| true);
+        assert_eq!(state["playing"], false);
+        state
+    };
+    let first = at(9.0);
+    assert_eq!(first["step"], 900);
+    let later = at(12.5);
+    assert_ne!(first["robots"], later["robots"]);
+    let again = at(9.0);
+    assert_eq!((&first["robots"], &first["figures"]), (&again["robots"], &again["figures"]));
+    assert_eq!(at(1e9)["verdict"]["passed"], true);
+    assert_eq!(at(-3.0)["step"], 0);
+    page.send(&json!({"type": "play"}));
+    page.state(|s| step_of(s) > 20);
+    let live = Studio::of("one-obstacle", 1.0);
+    let mut page = live.page();
+    page.send(&json!({"type": "seek", "t_s": 1.0}));
+    assert!(page.error().contains("only a recording"));
+}
+
 #[test]
 fn a_recording_is_completed_when_the_studio_ends() {
     let folder = tempfile::tempdir().unwrap();

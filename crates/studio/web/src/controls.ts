@@ -4,6 +4,7 @@ import { h, setText } from "./dom";
 import { clock, ratio } from "./format";
 import { icon, swapIcon } from "./icons";
 import type { ClientMessage } from "./protocol";
+import { SeekBar } from "./seek";
 import type { Store } from "./state";
 
 export const SPEED_MIN = 0.1;
@@ -24,6 +25,8 @@ export class Controls {
   private readonly time = h("span", { class: "time", role: "timer", "aria-label": "Simulated time" }, "0:00.0");
   private readonly timeMax = h("span", { class: "time-max" });
   private readonly progress = h("div");
+  private readonly bar = h("div", { class: "progress", "aria-hidden": "true" }, this.progress);
+  private readonly seekBar: SeekBar;
   private readonly achieved = h("span", { class: "pill achieved" });
   /** While a finger is on the slider the server's value must not pull it away. */
   private isSliding = false;
@@ -31,10 +34,11 @@ export class Controls {
   private asked = { speed: 1, until_ms: 0 };
 
   constructor(holder: HTMLElement, private readonly store: Store, private readonly send: (message: ClientMessage) => boolean) {
+    this.seekBar = new SeekBar((t_s) => this.send({ type: "seek", t_s }));
     holder.append(
       h("div", { class: "group" }, this.play, this.step),
       h("div", { class: "group" }, h("div", {}, this.time, this.timeMax)),
-      h("div", { class: "progress", "aria-hidden": "true" }, this.progress),
+      this.bar, this.seekBar.element,
       h("div", { class: "group" }, h("label", { for: "speed", class: "speed-label" }, "Speed"), this.speed, this.speedValue, this.achieved),
       h("div", { class: "group" }, h("label", { for: "seed", class: "seed-label" }, "Seed"), this.seed, this.restart),
     );
@@ -73,6 +77,11 @@ export class Controls {
     this.send({ type: "restart", seed, mission: null });
   }
 
+  /** In a recording: by so many seconds, or to an end. */
+  seekBy(seconds: number): void {
+    this.seekBar.goBy(seconds);
+  }
+
   nudgeSpeed(direction: 1 | -1): void {
     const now = this.speedNow();
     const next = direction > 0 ? SPEEDS.find((speed) => speed > now * 1.001) : SPEEDS.findLast((speed) => speed < now * 0.999);
@@ -93,7 +102,9 @@ export class Controls {
     const mission = this.store.hello?.mission;
     if (!mission) return;
     if (document.activeElement !== this.seed) this.seed.value = String(mission.seed);
-    setText(this.timeMax, `/ ${clock(mission.duration_max_s).replace(/\.0$/, "")}`);
+    this.seekBar.show(mission);
+    this.bar.hidden = !this.seekBar.element.hidden;
+    setText(this.timeMax, `/ ${clock(mission.length_s ?? mission.duration_max_s).replace(/\.0$/, "")}`);
     this.onState();
   }
 
@@ -108,7 +119,8 @@ export class Controls {
     const word = this.play.querySelector("span");
     if (word) setText(word, playing ? "Pause" : "Play");
     if (!state) return;
-    setText(this.time, clock(state.t_s));
+    this.seekBar.moveTo(state.t_s);
+    setText(this.time, clock(this.seekBar.wanted_s ?? state.t_s));
     const share = hello ? Math.min(1, state.t_s / Math.max(1, hello.mission.duration_max_s)) : 0;
     this.progress.style.transform = `scaleX(${share.toFixed(4)})`;
     if (!this.isSliding) this.showSpeed(this.speedNow());

@@ -103,7 +103,7 @@ const shortcuts = shortcutTable({
   help: () => help.open(),
 });
 const help = new Help(shortcuts, () => store.hello);
-attachShortcuts(shortcuts);
+attachShortcuts(shortcuts, () => store.hello?.mission.kind === "replay");
 
 store.on("error", (text) => toasts.say(text, "bad"));
 store.on("failure", (text) => toasts.say(text, "bad"));

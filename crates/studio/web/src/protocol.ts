@@ -44,6 +44,10 @@ export interface MissionInfo {
   kind: "live" | "replay";
   /** The file in which this run is recorded. */
   recording?: string | null;
+  /** How long the recording is that is shown. */
+  length_s?: number | null;
+  /** When something was done in it, whether a person did it, and what. */
+  marks?: [t_s: number, byPerson: boolean, what: string][];
 }
 
 export interface MissionChoice {
@@ -300,6 +304,7 @@ export type ClientMessage =
   | { type: "place"; at_m: Point; size_m: number }
   | { type: "remove"; id: number }
   | { type: "goal"; robot: number; pose: Pose }
+  | { type: "seek"; t_s: number }
   | { type: "drive"; robot: number; speed_mps: number; turn_rate_radps: number }
   | { type: "press"; device: string }
   | { type: "stop"; robot: number };

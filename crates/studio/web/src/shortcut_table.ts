@@ -39,6 +39,10 @@ export function shortcutTable(targets: ShortcutTargets): Shortcut[] {
   return [
     { keys: [" "], shown: "Space", group: "Playback", what: "Play or pause", act: () => controls.togglePlay() },
     { keys: ["."], shown: ".", group: "Playback", what: "One step", act: () => controls.oneStep() },
+    { keys: ["ArrowLeft"], needsReplay: true, shown: "← →", group: "Playback", what: "In a recording: 1 s back or on (Shift: 10 s)", act: (event) => controls.seekBy(event.shiftKey ? -10 : -1) },
+    { keys: ["ArrowRight"], needsReplay: true, shown: "", group: "Playback", what: "", act: (event) => controls.seekBy(event.shiftKey ? 10 : 1) },
+    { keys: ["Home"], needsReplay: true, shown: "Home End", group: "Playback", what: "In a recording: to its beginning or end", act: () => controls.seekBy(-Infinity) },
+    { keys: ["End"], needsReplay: true, shown: "", group: "Playback", what: "", act: () => controls.seekBy(Infinity) },
     { keys: ["["], shown: "[", group: "Playback", what: "Slower", act: () => controls.nudgeSpeed(-1) },
     { keys: ["]"], shown: "]", group: "Playback", what: "Faster", act: () => controls.nudgeSpeed(1) },
     { keys: ["r"], shown: "R", group: "Playback", what: "Restart with the seed in the field", act: () => controls.restartRun() },

@@ -11,17 +11,19 @@ export interface Shortcut {
   what: string;
   /** Keys that also scroll or choose: they belong to the map only while nothing else has the focus. */
   needsMap?: boolean;
+  /** Keys that mean something else where nothing is recorded. */
+  needsReplay?: boolean;
   act(event: KeyboardEvent): void;
 }
 
-export function attachShortcuts(shortcuts: readonly Shortcut[]): void {
+export function attachShortcuts(shortcuts: readonly Shortcut[], isReplay: () => boolean = () => false): void {
   window.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
     if (isTyping(event.target)) return;
     // Space on a focused button presses that button: the browser does it.
     if ((event.key === " " || event.key === "Enter") && isPressable(event.target)) return;
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    const found = shortcuts.find(({ keys }) => keys.includes(key));
+    const found = shortcuts.find(({ keys, needsReplay }) => keys.includes(key) && (!needsReplay || isReplay()));
     if (!found || (found.needsMap && !isOnMap(event.target))) return;
     event.preventDefault();
     found.act(event);

@@ -119,8 +119,7 @@ programTest("a goal that cannot be reached is answered at the click, with the ro
   await page.keyboard.press("g");
   // Where no trail leads.
   await page.mouse.click(...(await page.evaluate(() => window.cairn.pageOf([-6.5, 3.5]))));
-  const said = page.getByRole("alert");
-  await said.getByText(/gives up|trail|goal/).first().waitFor({ timeout: 5000 });
+  await page.locator(".readout.phase").getByText(/^assistant: (looking for the trail|follows|gives up)/).waitFor({ timeout: 3000 });
 });
 
 programTest("a mission of one's own is opened from the page, stays in the list, and a wrong one is told with its line", async ({ page, complaints }) => {
@@ -185,6 +184,18 @@ test("a replay plays and offers nothing that it would refuse", { skip, timeout: 
     await page.getByText("Replay", { exact: true }).waitFor();
     await page.locator(".verdict").waitFor();
     assert.ok(await page.locator("button[data-device]").first().isDisabled());
+    const length_s = await page.evaluate(() => window.cairn.state().t_s);
+    assert.equal(Number(await page.locator(".seek input").getAttribute("max")), length_s);
+    assert.ok((await page.locator(".seek .mark").count()) > 0, "the bell is marked");
+    await page.locator(".seek input").fill("1");
+    await page.waitForFunction(() => Math.abs(window.cairn.state()?.t_s - 1) < 0.015);
+    await page.keyboard.press("Shift+ArrowRight");
+    await page.waitForFunction(() => window.cairn.state()?.t_s > 10.9);
+    await page.keyboard.press("Home");
+    await page.waitForFunction(() => window.cairn.state()?.t_s < 0.015);
+    await page.keyboard.press("End");
+    await page.waitForFunction((end) => window.cairn.state()?.t_s === end, length_s);
+    await page.locator(".verdict").waitFor();
     assert.deepEqual(complaints, []);
   } finally {
     await opened?.close();

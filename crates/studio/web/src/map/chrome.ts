@@ -46,6 +46,7 @@ export class MapChrome {
   private readonly legend = h("div", { class: "legend", hidden: true });
   private readonly legendPeak = h("span");
   private readonly crowd = h("div", { class: "crowd", hidden: true });
+  private readonly phase = h("span", { class: "readout phase", role: "status", hidden: true });
 
   constructor(
     view: HTMLElement,
@@ -76,7 +77,7 @@ export class MapChrome {
     this.downloadsButton.setAttribute("aria-controls", "downloads-menu");
     this.legend.append(h("span", {}, "Pheromone intensity"), h("div", { class: "ramp" }), h("div", { class: "ends" }, h("span", {}, "0"), this.legendPeak));
     view.append(
-      h("div", { class: "readouts" }, h("div", { class: "readout" }, h("div", { class: "scale" }, this.scaleLabel, this.scale), this.legend, this.crowd), this.at),
+      h("div", { class: "readouts" }, h("div", { class: "readout" }, h("div", { class: "scale" }, this.scaleLabel, this.scale), this.legend, this.crowd), this.phase, this.at),
       h("div", { class: "float view-tools", role: "toolbar", "aria-label": "View" },
         this.viewButton("minus", "Zoom out (−)", () => map.zoom(1 / 1.3)),
         this.viewButton("plus", "Zoom in (+)", () => map.zoom(1.3)),
@@ -200,6 +201,12 @@ export class MapChrome {
   private onState(): void {
     const { state, hello, canIntervene } = this.store;
     this.refreshCrowd();
+    // What a robot makes of an order shows at once, wherever the reader's panels are.
+    const robot = state?.robots[0];
+    const name = hello?.robots.find(({ id }) => id === robot?.id)?.name ?? "";
+    this.phase.hidden = !robot;
+    this.phase.classList.toggle("bad", Boolean(robot?.failure));
+    if (robot) setText(this.phase, `${name}: ${robot.failure ? `gives up, ${robot.failure}` : robot.phase}`);
     for (const device of hello?.world.devices ?? []) {
       const element = this.deviceElements.get(device.name);
       if (!element) continue;
