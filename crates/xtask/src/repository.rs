@@ -84,7 +84,9 @@ impl Repository {
             let is_text = TEXT_ENDINGS.contains(&ending) || path.ends_with(".ci/run");
             // Seeds of the fuzzers may carry any name and any bytes.
             if is_text && !path.components().any(|c| c.as_os_str() == "corpus") {
-                let text = fs::read_to_string(&path).map_err(failed(&path))?;
+                // Cases of tests may be in another encoding on purpose.
+                let bytes = fs::read(&path).map_err(failed(&path))?;
+                let text = String::from_utf8_lossy(&bytes).into_owned();
                 let relative = path.strip_prefix(&self.root).unwrap_or(&path);
                 self.files.insert(relative.to_string_lossy().replace('\\', "/"), text);
             }
