@@ -369,8 +369,18 @@ pub struct OdometryFile {
     /// What the robot truly turns without noticing, counter-clockwise positive, degrees per metre of way; it
     /// widens the difference of the diameters.
     pub drift_degpm: f64,
+    /// Direction in which the wheels roll, seen from the robot's front, counter-clockwise, degrees.
+    pub misalignment_deg: f64,
+    /// Encoder pulses that are counted as one step.
+    pub encoder_coarsening_ticks: u32,
+    /// Time between two readings of the encoders, ms; 0: every step.
+    pub encoder_period_ms: f64,
     /// Standard deviation of wheel slip, as a ratio of the distance rolled.
     pub slip_std_ratio: f64,
+    /// Bumps while it moves, per second.
+    pub bump_rate_hz: f64,
+    /// Standard deviation of the way that a bump adds to one wheel, m.
+    pub bump_std_m: f64,
 }
 
 impl Default for OdometryFile {
@@ -380,7 +390,12 @@ impl Default for OdometryFile {
             right_diameter_ratio: 1.0,
             wheelbase_ratio: 1.0,
             drift_degpm: 0.0,
+            misalignment_deg: 0.0,
+            encoder_coarsening_ticks: 1,
+            encoder_period_ms: 0.0,
             slip_std_ratio: 0.0,
+            bump_rate_hz: 0.0,
+            bump_std_m: 0.0,
         }
     }
 }

@@ -136,18 +136,39 @@ fn odometry(key: &str, file: &OdometryFile, wheelbase_m: f64) -> Checked<Odometr
     let wheelbase_ratio = ratio("wheelbase_ratio", file.wheelbase_ratio)?;
     // Wheels that roll alike turn the body by (r_R − r_L) / (b r_b) per metre.
     let half_ratio = 0.5 * drift_degpm.to_radians() * wheelbase_m * wheelbase_ratio;
+    let at = |name: &str| format!("{key}.odometry.{name}");
+    let misalignment_deg = range(
+        at("misalignment_deg"),
+        file.misalignment_deg,
+        -10.0..=10.0,
+        "from -10 to 10 degrees",
+    )?;
+    let encoder_period_ms =
+        range(at("encoder_period_ms"), file.encoder_period_ms, 0.0..=1000.0, "from 0 to 1000 ms")?;
+    // Whole numbers of this size are exact.
+    let n_pulses = f64::from(file.encoder_coarsening_ticks);
+    range(at("encoder_coarsening_ticks"), n_pulses, 1.0..=100_000.0, "from 1 to 100000 pulses")?;
     Ok(OdometryErrors {
         left_diameter_ratio: ratio("left_diameter_ratio", file.left_diameter_ratio)? - half_ratio,
         right_diameter_ratio: ratio("right_diameter_ratio", file.right_diameter_ratio)?
             + half_ratio,
         wheelbase_ratio,
+        misalignment_rad: misalignment_deg.to_radians(),
+        encoder_coarsening_ticks: file.encoder_coarsening_ticks,
+        encoder_period: seconds(0.001 * encoder_period_ms),
         slip_std_ratio: range(
-            format!("{key}.odometry.slip_std_ratio"),
+            at("slip_std_ratio"),
             file.slip_std_ratio,
             0.0..=0.5,
             "from 0 to 0.5",
         )?,
-        ..OdometryErrors::default()
+        bump_rate_hz: range(
+            at("bump_rate_hz"),
+            file.bump_rate_hz,
+            0.0..=100.0,
+            "from 0 to 100 per second",
+        )?,
+        bump_std_m: range(at("bump_std_m"), file.bump_std_m, 0.0..=0.1, "from 0 to 0.1 m")?,
     })
 }
 
