@@ -1,6 +1,8 @@
 //! Values on the command line: what is wrong with one is said with what it must be.
 
-use std::net::SocketAddr;
+use std::{net::SocketAddr, num::NonZeroU16};
+
+use robot_models::RobotModel;
 
 /// A seed.
 pub(crate) fn seed(text: &str) -> Result<u64, String> {
@@ -10,6 +12,38 @@ pub(crate) fn seed(text: &str) -> Result<u64, String> {
 /// How fast the studio runs.
 pub(crate) fn speed(text: &str) -> Result<f64, String> {
     within(text, 0.1, 20.0, "a number from 0.1 to 20")
+}
+
+/// Charge of a battery.
+pub(crate) fn percent(text: &str) -> Result<f64, String> {
+    within(text, 0.0, 100.0, "a number from 0 to 100")
+}
+
+/// How much faster than a real one a battery drains.
+pub(crate) fn drain_ratio(text: &str) -> Result<f64, String> {
+    within(text, 0.0, 1e6, "a number from 0 to 1000000")
+}
+
+/// How many robots are served.
+pub(crate) fn n_robots(text: &str) -> Result<NonZeroU16, String> {
+    let number = text.parse().ok().filter(|n: &NonZeroU16| n.get() <= 64);
+    number.ok_or_else(|| "must be a whole number from 1 to 64".to_owned())
+}
+
+/// The name of a robot that is in the catalogue.
+pub(crate) fn arcos_model(text: &str) -> Result<String, String> {
+    let known = RobotModel::catalogue();
+    if known.iter().any(|model| model.name == text) {
+        return Ok(text.to_owned());
+    }
+    let served: Vec<&str> = known
+        .iter()
+        .filter(|model| model.speaks_arcos())
+        .map(|model| model.name.as_str())
+        .collect();
+    let hint = settings::did_you_mean(text, served.iter().copied())
+        .map(|name| format!("; did you mean {name}?"));
+    Err(format!("there are {}{}", served.join(" and "), hint.unwrap_or_default()))
 }
 
 /// A length of the pheromone model.
@@ -43,7 +77,22 @@ mod tests {
         assert!(speed("0.09").is_err() && speed("20.1").is_err() && speed("NaN").is_err());
         assert_eq!(length_m("0.2"), Ok(0.2));
         assert!(length_m("-0.2").unwrap_err().contains("0.01 to 100"));
+        assert_eq!((percent("0"), percent("100")), (Ok(0.0), Ok(100.0)));
+        assert!(percent("-1").is_err() && percent("100.1").is_err());
+        assert!(n_robots("0").is_err() && n_robots("65").is_err() && n_robots("64").is_ok());
         assert!(address("127.0.0.1:8101").is_ok() && address("[::1]:1").is_ok());
         assert!(address("127.0.0.1:99999").unwrap_err().contains("127.0.0.1:8101"));
+    }
+
+    #[test]
+    fn a_robot_that_is_nearly_spelled_right_is_offered() {
+        assert_eq!(arcos_model("peoplebot").as_deref(), Ok("peoplebot"));
+        for (typed, meant) in
+            [("pioner3dx", "pioneer3dx"), ("Pioneer-3DX", "pioneer3dx"), ("peoplbot", "peoplebot")]
+        {
+            let error = arcos_model(typed).unwrap_err();
+            assert!(error.ends_with(&format!("did you mean {meant}?")), "{error}");
+        }
+        assert_eq!(arcos_model("nosuch").unwrap_err(), "there are pioneer3dx and peoplebot");
     }
 }

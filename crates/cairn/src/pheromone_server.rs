@@ -5,10 +5,11 @@ use std::{fs, net::SocketAddr, path::PathBuf, process::ExitCode, time::Duration}
 use anyhow::Context;
 use clap::ValueEnum;
 use pheromones::{Field, Perception, SenseConfig, Server, ServerConfig};
+use virtual_robots::Exchange;
 
-use crate::output::say;
+use crate::output::{Format, say};
 use crate::parse;
-use crate::serve::{self, Door, Peer};
+use crate::serve::{self, Door, Log, Peer};
 
 /// How often the line is looked at.
 const TICK: Duration = Duration::from_millis(2);
@@ -90,7 +91,7 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     );
     let config = ServerConfig { sense, ..ServerConfig::default() };
     let mut node = Node { server: Server::new(config), config, field };
-    serve::forever(door, &mut node, TICK)?;
+    serve::forever(vec![door], &mut node, TICK, Log::new(Format::Text))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -101,12 +102,33 @@ struct Node {
 }
 
 impl Peer for Node {
-    fn tick(&mut self, received: &[u8], out: &mut Vec<u8>) {
-        self.server.receive(&self.field, received, out);
+    fn tick(&mut self, exchanges: &mut [Exchange], _log: &mut Log) {
+        for Exchange { received, out } in exchanges {
+            self.server.receive(&self.field, received, out);
+        }
     }
 
-    fn hang_up(&mut self) {
+    fn hang_up(&mut self, _line: usize) {
         // Half a request of the last client must not become the beginning of the next one's.
         self.server = Server::new(self.config);
     }
+
+    fn name(&self, _line: usize) -> Option<&str> {
+        None
+    }
+
+    fn n_heard(&self, _line: usize) -> u64 {
+        0
+    }
+
+    fn patience(&self) -> Option<Duration> {
+        // A robot that stands asks nothing for as long as it likes.
+        None
+    }
+
+    fn farewell(&self, _line: usize) -> (String, serde_json::Value) {
+        (String::new(), serde_json::json!({}))
+    }
+
+    fn note_interval(&mut self, _interval: Duration) {}
 }

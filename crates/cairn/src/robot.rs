@@ -1,34 +1,51 @@
-//! `cairn robot`: one simulated robot for anybody's client.
+//! `cairn robot`: simulated robots for anybody's clients.
 
-use std::{fs, net::SocketAddr, path::Path, process::ExitCode, sync::Arc, time::Duration};
+mod places;
+
+use std::{
+    fs, net::SocketAddr, num::NonZeroU16, path::Path, process::ExitCode, sync::Arc, time::Duration,
+};
 
 use anyhow::{Context, bail};
 use geometry::Se2;
 use missions::Mission;
-use robot_models::{OdometryErrors, RobotModel};
+use robot_models::RobotModel;
 use run_context::RunSeed;
-use simulator::{RobotPlacement, World, WorldSpec, activmedia_map};
-use virtual_robots::{PioneerConfig, PioneerFirmware, SoloRobot};
+use serde_json::{Value, json};
+use simulator::{World, WorldSpec, activmedia_map};
+use virtual_robots::{
+    BatteryConfig, Exchange, PioneerConfig, PioneerFirmware, ServedEvent, ServedWorld,
+};
 
-use crate::output::say;
-use crate::parse;
-use crate::serve::{self, Door, Peer};
+use crate::{
+    output::{Format, say},
+    parse,
+    serve::{self, Door, Log, Peer},
+};
 
 /// One tick of the simulated world.
 const TICK: Duration = Duration::from_millis(10);
+/// Messages of one robot's clients that are told in one second; the rest are counted.
+const N_MESSAGES_MAX: u32 = 10;
 
-/// Simulates one robot that answers the real one's bytes on a TCP port or a serial line
+/// Simulates robots that answer the real ones' bytes, each on a TCP port or one on a serial line
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  cairn robot pioneer3dx --world office.map\n  \
-    cairn robot peoplebot --world doorbell --start -2.6,-3.1,90 --listen 127.0.0.1:8102\n\n\
+    cairn robot peoplebot --world doorbell --start -2.6,-3.1,90 --listen 127.0.0.1:8102\n  \
+    cairn robot pioneer3dx --world doorbell --robots 3\n\n\
     Programs written with the manufacturer's library connect to the port as to a simulator.")]
 pub(crate) struct Args {
     /// Which robot: pioneer3dx or peoplebot
+    #[arg(value_parser = parse::arcos_model)]
     model: String,
     /// An ActivMedia 2-D map (.map), a mission file (.toml), or the name of a shipped mission
     #[arg(long, value_name = "FILE")]
     world: String,
-    /// Where clients connect
+    /// How many robots share the world; each has its own port, the first the one of --listen, the
+    /// second the next one, and so on
+    #[arg(long, value_name = "N", default_value = "1", value_parser = parse::n_robots)]
+    robots: NonZeroU16,
+    /// Where clients of the first robot connect
     #[arg(
         long,
         value_name = "ADDRESS:PORT",
@@ -37,18 +54,28 @@ pub(crate) struct Args {
     )]
     listen: SocketAddr,
     /// Talk over this serial line instead of a TCP port
-    #[arg(long, value_name = "DEVICE", conflicts_with = "listen")]
+    #[arg(long, value_name = "DEVICE", conflicts_with_all = ["listen", "robots"])]
     serial: Option<String>,
     /// Speed of the serial line, bits per second
     #[arg(long, value_name = "BITS", default_value_t = 9600)]
     baud: u32,
     /// Where it stands: x and y in metres, heading in degrees; else the map's RobotHome, else the
-    /// start of the mission's first robot, else the middle of the world
+    /// start of the mission's first robot, else the middle of the world. Once for each robot; those
+    /// without one stand beside the first
     #[arg(long, value_name = "X,Y,DEG", allow_hyphen_values = true)]
-    start: Option<String>,
+    start: Vec<String>,
+    /// Charge of the battery, percent; below 20 it is low, at 0 the motors are off
+    #[arg(long, value_name = "PERCENT", default_value_t = 100.0, value_parser = parse::percent)]
+    battery: f64,
+    /// How much faster than a real battery it drains; 0: never
+    #[arg(long, value_name = "RATIO", default_value_t = 1.0, value_parser = parse::drain_ratio)]
+    drain: f64,
     /// Seed of everything random
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse::seed)]
     seed: u64,
+    /// What is told of clients: lines for people, or one JSON object a line
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
 }
 
 pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
@@ -58,50 +85,260 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
         "{} does not speak the protocol that is served here; pioneer3dx and peoplebot do",
         model.title
     );
-    let seed = RunSeed(args.seed);
-    let (mut world, home) = load_world(&args.world, seed)?;
-    let start = match &args.start {
-        Some(text) => parse_pose(text)?,
-        None => home.unwrap_or_else(|| middle(&world)),
+    let names: Vec<String> = match args.robots.get() {
+        1 => vec![args.model.clone()],
+        n => (1..=n).map(|number| format!("{}-{number}", args.model)).collect(),
     };
-    let placement = RobotPlacement {
-        name: args.model.clone(),
-        model: model.clone(),
-        world_from_base: start,
-        errors: OdometryErrors::default(),
-        sonar: sensor_models::SonarModel::default(),
-    };
-    let body_id = world.add_robot(placement).with_context(|| {
-        format!("the robot cannot stand in {}; choose a place with --start", args.world)
-    })?;
-    let firmware =
-        PioneerFirmware::new(model.clone(), PioneerConfig::default(), seed.stream("robot/sensors"));
-    let mut robot = Robot(SoloRobot::new(world, body_id, firmware));
-    let door = match &args.serial {
-        Some(device) => Door::serial(device, args.baud)?,
-        None => Door::tcp(args.listen)?,
-    };
-    let Se2 { x_m, y_m, yaw_rad } = start;
-    say!(
-        "{} at ({x_m:.2}, {y_m:.2}) m, {:.0}°, in {}: connect to {}; Ctrl-C ends it",
-        model.title,
-        yaw_rad.to_degrees(),
-        args.world,
-        door.name()
-    );
-    serve::forever(door, &mut robot, TICK)?;
+    let mut robots = Robots::new(args, &model, &names)?;
+    let doors = doors(args)?;
+    for (robot, door) in robots.served.robots().iter().zip(&doors) {
+        tell_door(args, &model, robots.name_of(robot), robot.start(), &door.name());
+    }
+    serve::forever(doors, &mut robots, TICK, Log::new(args.format))?;
     Ok(ExitCode::SUCCESS)
 }
 
-struct Robot(SoloRobot);
+/// One door for each robot, on consecutive ports.
+fn doors(args: &Args) -> anyhow::Result<Vec<Door>> {
+    if let Some(device) = &args.serial {
+        return Ok(vec![Door::serial(device, args.baud)?]);
+    }
+    let first = args.listen.port();
+    let n = args.robots.get();
+    let Some(last) = first.checked_add(n - 1) else {
+        bail!(
+            "--robots {n} needs the ports from {first} on, which end at 65535; --listen a lower one"
+        )
+    };
+    let door = |number: u16| {
+        let mut address = args.listen;
+        // Port 0 lets the computer choose, for each.
+        address.set_port(if first == 0 { 0 } else { first + number });
+        let opened = Door::tcp(address);
+        if n > 1 {
+            opened.with_context(|| format!("{n} robots need the ports {first} to {last}"))
+        } else {
+            opened
+        }
+    };
+    (0..n).map(door).collect()
+}
 
-impl Peer for Robot {
-    fn tick(&mut self, received: &[u8], out: &mut Vec<u8>) {
-        self.0.tick(received, out);
+fn tell_door(args: &Args, model: &RobotModel, name: &str, start: Se2, door: &str) {
+    let Se2 { x_m, y_m, yaw_rad } = start;
+    let heading_deg = yaw_rad.to_degrees();
+    let title =
+        if args.robots.get() > 1 { format!("{} {name}", model.title) } else { model.title.clone() };
+    let text = format!(
+        "{title} at ({x_m:.2}, {y_m:.2}) m, {heading_deg:.0}°, in {}: connect to {door}; Ctrl-C ends it",
+        args.world
+    );
+    match args.format {
+        Format::Text => say!("{text}"),
+        Format::Json => Log::new(args.format).event(
+            name,
+            "listening",
+            &text,
+            json!({
+                "address": door, "world": args.world, "model": args.model,
+                "x_m": x_m, "y_m": y_m, "heading_deg": heading_deg,
+            }),
+        ),
+    }
+}
+
+/// The robots behind the doors.
+struct Robots {
+    served: ServedWorld,
+    lines: Vec<RobotLine>,
+    events: Vec<(usize, ServedEvent)>,
+    several: bool,
+    watchdog: Duration,
+}
+
+/// What is remembered of one robot's line.
+#[derive(Default)]
+struct RobotLine {
+    name: String,
+    /// The robot's way and packets when its last client left.
+    travelled_m: f64,
+    n_packets: u64,
+    battery_was_low: bool,
+    /// Messages told in the present second of virtual time, and not told at all.
+    second: u64,
+    n_told: u32,
+    n_untold: u64,
+}
+
+impl Robots {
+    fn new(args: &Args, model: &Arc<RobotModel>, names: &[String]) -> anyhow::Result<Self> {
+        let seed = RunSeed(args.seed);
+        let (mut world, home) = load_world(&args.world, seed)?;
+        let given =
+            args.start.iter().map(|text| parse_pose(text)).collect::<Result<Vec<_>, _>>()?;
+        anyhow::ensure!(
+            given.len() <= names.len(),
+            "--start is given {} times for {} robot(s): once for each at most; --robots says how many",
+            given.len(),
+            names.len()
+        );
+        let home = home.unwrap_or_else(|| places::middle(&world));
+        let bodies = places::place(&mut world, model, names, &given, home)
+            .with_context(|| format!("no place in {}; choose one with --start", args.world))?;
+        let mut served = ServedWorld::new(world);
+        for (body_id, name) in bodies.into_iter().zip(names) {
+            let config = PioneerConfig {
+                name: if names.len() > 1 { name.clone() } else { PioneerConfig::default().name },
+                battery: BatteryConfig { charge_percent: args.battery, drain_ratio: args.drain },
+                ..PioneerConfig::default()
+            };
+            let stream =
+                if names.len() > 1 { format!("{name}/sensors") } else { "robot/sensors".into() };
+            served
+                .admit(body_id, PioneerFirmware::new(model.clone(), config, seed.stream(&stream)));
+        }
+        let line = |name: &String| RobotLine { name: name.clone(), ..RobotLine::default() };
+        Ok(Self {
+            served,
+            lines: names.iter().map(line).collect(),
+            events: Vec::new(),
+            several: names.len() > 1,
+            watchdog: PioneerConfig::default().watchdog,
+        })
     }
 
-    fn hang_up(&mut self) {
-        self.0.hang_up();
+    fn name_of(&self, robot: &virtual_robots::ServedRobot) -> &str {
+        &self.served.body_of(robot).name
+    }
+
+    /// Tells what a client wants whoever watches to know, but not more than a person can read.
+    fn tell(&mut self, log: &Log) {
+        let second = self.served.now().as_nanos() / 1_000_000_000;
+        let mut events = std::mem::take(&mut self.events);
+        for (index, event) in events.drain(..) {
+            let name = if self.several { self.lines[index].name.clone() } else { String::new() };
+            let line = &mut self.lines[index];
+            if line.second != second {
+                (line.second, line.n_told) = (second, 0);
+            }
+            if line.n_told >= N_MESSAGES_MAX {
+                line.n_untold += 1;
+                continue;
+            }
+            line.n_told += 1;
+            let (kind, text, facts) = describe(&event);
+            log.event(&name, kind, &text, facts);
+        }
+        self.events = events;
+    }
+
+    fn watch_batteries(&mut self, log: &Log) {
+        for (robot, line) in self.served.robots().iter().zip(&mut self.lines) {
+            let firmware = robot.firmware();
+            let is_low = firmware.battery_is_low();
+            if is_low && !line.battery_was_low {
+                let (charge_percent, battery_v) = (firmware.charge_percent(), firmware.battery_v());
+                let text = format!("battery low: {charge_percent:.0} %, {battery_v:.1} V");
+                let name = if self.several { line.name.as_str() } else { "" };
+                let facts = json!({"charge_percent": charge_percent, "battery_v": battery_v});
+                log.event(name, "battery_low", &text, facts);
+            }
+            line.battery_was_low = is_low;
+        }
+    }
+}
+
+impl Peer for Robots {
+    fn tick(&mut self, exchanges: &mut [Exchange], log: &mut Log) {
+        self.served.tick(exchanges, &mut self.events);
+        self.tell(log);
+        self.watch_batteries(log);
+    }
+
+    fn hang_up(&mut self, line: usize) {
+        self.served.hang_up(line);
+        let robot = &self.served.robots()[line];
+        let memory = &mut self.lines[line];
+        memory.travelled_m = self.served.body_of(robot).travelled_m;
+        memory.n_packets = robot.firmware().counters().n_packets;
+        memory.n_untold = 0;
+    }
+
+    fn name(&self, line: usize) -> Option<&str> {
+        self.several.then(|| self.lines[line].name.as_str())
+    }
+
+    fn n_heard(&self, line: usize) -> u64 {
+        self.served.robots()[line].firmware().counters().n_packets
+    }
+
+    fn patience(&self) -> Option<Duration> {
+        Some(self.watchdog)
+    }
+
+    fn farewell(&self, line: usize) -> (String, Value) {
+        let robot = &self.served.robots()[line];
+        let (firmware, memory) = (robot.firmware(), &self.lines[line]);
+        let body = self.served.body_of(robot);
+        let Se2 { x_m, y_m, yaw_rad } = body.world_from_base.se2();
+        let driven_m = body.travelled_m - memory.travelled_m;
+        let n_packets = firmware.counters().n_packets - memory.n_packets;
+        let unknown: Vec<u8> = firmware.unknown_commands().collect();
+        let mut text = format!(
+            " and {n_packets} packets; the robot drove {driven_m:.3} m and stands at \
+             ({x_m:.3}, {y_m:.3}) m, {:.1}°",
+            yaw_rad.to_degrees()
+        );
+        if !unknown.is_empty() {
+            let numbers: Vec<String> = unknown.iter().map(u8::to_string).collect();
+            text.push_str("; commands that mean nothing to it: ");
+            text.push_str(&numbers.join(", "));
+        }
+        if memory.n_untold > 0 {
+            text.push_str("; messages not shown: ");
+            text.push_str(&memory.n_untold.to_string());
+        }
+        let facts = json!({
+            "n_packets": n_packets, "driven_m": driven_m,
+            "x_m": x_m, "y_m": y_m, "heading_deg": yaw_rad.to_degrees(),
+            "unknown_commands": unknown, "n_messages_not_shown": memory.n_untold,
+        });
+        (text, facts)
+    }
+
+    fn note_interval(&mut self, interval: Duration) {
+        self.served.note_interval(interval);
+    }
+}
+
+/// Kind, text and facts of what a client asked of the simulator.
+fn describe(event: &ServedEvent) -> (&'static str, String, Value) {
+    let pose = |pose: &Se2| {
+        let Se2 { x_m, y_m, yaw_rad } = *pose;
+        let heading_deg = yaw_rad.to_degrees();
+        (
+            format!("({x_m:.3}, {y_m:.3}) m, {heading_deg:.0}°"),
+            json!({"x_m": x_m, "y_m": y_m, "heading_deg": heading_deg}),
+        )
+    };
+    match event {
+        ServedEvent::Placed(at) => {
+            let (place, facts) = pose(at);
+            ("placed", format!("its client put it at {place}"), facts)
+        }
+        ServedEvent::PlaceRefused(at, why) => {
+            let (place, facts) = pose(at);
+            ("place_refused", format!("its client cannot put it at {place}: {why}"), facts)
+        }
+        // Strings come from strangers: escaped, they stay on their line.
+        ServedEvent::Said(text) => {
+            ("said", format!("its client says \"{}\"", text.escape_debug()), json!({"said": text}))
+        }
+        ServedEvent::ExitAsked(code) => (
+            "exit_asked",
+            format!("its client asks the simulator to end with code {code}; Ctrl-C does that here"),
+            json!({"code": code}),
+        ),
     }
 }
 
@@ -121,16 +358,6 @@ fn load_world(name: &str, seed: RunSeed) -> anyhow::Result<(World, Option<Se2>)>
     let mission = Mission::load(name, &[])?;
     let (world, start) = missions::world_of(&mission, seed)?;
     Ok((world, start))
-}
-
-fn middle(world: &World) -> Se2 {
-    let bounds = world.static_map().bounds();
-    let middle = (bounds.min + bounds.max) / 2.0;
-    if middle.x.is_finite() && middle.y.is_finite() {
-        Se2::new(middle.x, middle.y, 0.0)
-    } else {
-        Se2::IDENTITY
-    }
 }
 
 fn parse_pose(text: &str) -> anyhow::Result<Se2> {

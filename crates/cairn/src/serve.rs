@@ -1,171 +1,82 @@
-//! A port on this computer with one client at a time, in ticks: what serves robots and servers.
+//! Ports on this computer with one client each, in ticks of real time: what serves robots and
+//! servers.
 
-use std::{
-    io::{self, ErrorKind, Read, Write},
-    net::{SocketAddr, TcpListener, TcpStream},
-    time::{Duration, Instant},
-};
+mod door;
+mod line;
+mod log;
+mod pace;
 
-use anyhow::Context;
-use serialport::SerialPort;
+use std::time::{Duration, Instant};
 
-use crate::output::note;
+use virtual_robots::Exchange;
 
-/// Bytes taken per read.
-const READ_SIZE: usize = 4096;
-/// Bytes taken per tick.
-const RECEIVED_BYTES_MAX: usize = 64 * 1024;
-/// Bytes that may wait for a client that does not read; it is dropped beyond that.
-const WAITING_BYTES_MAX: usize = 1 << 20;
+pub(crate) use self::{door::Door, log::Log};
+use self::{line::Line, pace::Pace};
 
-/// Something that answers bytes, tick by tick.
+/// Something that answers bytes, tick by tick, on one line or several.
 pub(crate) trait Peer {
-    /// Takes what has arrived and appends the answer.
-    fn tick(&mut self, received: &[u8], out: &mut Vec<u8>);
-    /// The client is gone.
-    fn hang_up(&mut self);
+    /// Takes what has arrived on each line and appends the answers.
+    fn tick(&mut self, exchanges: &mut [Exchange], log: &mut Log);
+
+    /// The client of a line is gone.
+    fn hang_up(&mut self, line: usize);
+
+    /// What a line is called in the log; nothing when there is only one.
+    fn name(&self, line: usize) -> Option<&str>;
+
+    /// How many packets were understood on that line so far: a client for which this stands still
+    /// is silent.
+    fn n_heard(&self, line: usize) -> u64;
+
+    /// How long a client may be silent before another may take its place; without it clients are
+    /// never displaced, and others wait until the first has left.
+    fn patience(&self) -> Option<Duration>;
+
+    /// What there is to tell of a client that leaves: text for people, the same for machines.
+    fn farewell(&self, line: usize) -> (String, serde_json::Value);
+
+    /// The real time that the last turn of the loop took.
+    fn note_interval(&mut self, interval: Duration);
 }
 
-/// Where clients come from.
-pub(crate) enum Door {
-    /// A TCP port.
-    Tcp(TcpListener),
-    /// A serial line, on which somebody is always taken to be listening.
-    Serial(Box<dyn SerialPort>),
-}
-
-impl Door {
-    /// Opens a TCP port.
-    pub(crate) fn tcp(address: SocketAddr) -> anyhow::Result<Self> {
-        let listener = TcpListener::bind(address).with_context(|| {
-            format!("cannot listen on {address}; choose another port with --listen")
-        })?;
-        listener.set_nonblocking(true).context("cannot listen without blocking")?;
-        Ok(Self::Tcp(listener))
-    }
-
-    /// Opens a serial line, 8N1.
-    pub(crate) fn serial(device: &str, baud: u32) -> anyhow::Result<Self> {
-        let port = serialport::new(device, baud).timeout(Duration::from_millis(1)).open();
-        Ok(Self::Serial(port.with_context(|| format!("cannot open the serial line {device}"))?))
-    }
-
-    /// The address that clients connect to, or the device.
-    pub(crate) fn name(&self) -> String {
-        match self {
-            Self::Tcp(listener) => {
-                listener.local_addr().map_or_else(|_| "?".to_owned(), |address| address.to_string())
-            }
-            Self::Serial(port) => port.name().unwrap_or_else(|| "the serial line".to_owned()),
-        }
-    }
-
-    fn accept(&self) -> Option<(Client, String)> {
-        let Self::Tcp(listener) = self else {
-            return None;
-        };
-        let (stream, address) = listener.accept().ok()?;
-        stream.set_nonblocking(true).ok()?;
-        // Packets are small and late ones are worthless.
-        stream.set_nodelay(true).ok()?;
-        Some((Client { stream, waiting: Vec::new() }, address.to_string()))
-    }
-}
-
-struct Client {
-    stream: TcpStream,
-    waiting: Vec<u8>,
-}
-
-impl Client {
-    /// Appends what has arrived; an error means that the client is gone.
-    fn receive(&mut self, into: &mut Vec<u8>) -> io::Result<()> {
-        let mut buffer = [0; READ_SIZE];
-        // What a flooding client sends beyond this waits in its socket.
-        while into.len() < RECEIVED_BYTES_MAX {
-            match self.stream.read(&mut buffer) {
-                Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
-                Ok(n) => into.extend_from_slice(&buffer[..n]),
-                Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(()),
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(error) => return Err(error),
-            }
-        }
-        Ok(())
-    }
-
-    /// Sends what it can without waiting.
-    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.waiting.extend_from_slice(bytes);
-        if self.waiting.len() > WAITING_BYTES_MAX {
-            return Err(ErrorKind::TimedOut.into());
-        }
-        while !self.waiting.is_empty() {
-            match self.stream.write(&self.waiting) {
-                Ok(n) => drop(self.waiting.drain(..n)),
-                Err(error) if error.kind() == ErrorKind::WouldBlock => break,
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(error) => return Err(error),
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Ticks `peer` every `period` of real time until the process is interrupted.
+/// Ticks `peer` every `period` of real time until the process is interrupted; door i is line i.
 ///
-/// A second TCP client has to wait until the first has left, as with the real robot's one cable.
-pub(crate) fn forever(mut door: Door, peer: &mut dyn Peer, period: Duration) -> anyhow::Result<()> {
-    let mut client: Option<(Client, String)> = None;
-    let (mut received, mut out) = (Vec::new(), Vec::new());
-    let mut next_tick = Instant::now();
+/// Time that the computer had no time for is made up, up to [`pace::MADE_UP_MAX`] at once; what is
+/// lost beyond is told.
+pub(crate) fn forever(
+    doors: Vec<Door>,
+    peer: &mut dyn Peer,
+    period: Duration,
+    mut log: Log,
+) -> anyhow::Result<()> {
+    let mut lines: Vec<Line> = doors.into_iter().map(Line::new).collect();
+    let mut exchanges = vec![Exchange::default(); lines.len()];
+    let mut pace = Pace::new(period, now());
     loop {
-        received.clear();
-        out.clear();
-        if client.is_none()
-            && let Some(newcomer) = door.accept()
-        {
-            note(format_args!("{} connected", newcomer.1));
-            client = Some(newcomer);
+        let turn = pace.turn(now());
+        log.lost(turn.lost);
+        peer.note_interval(turn.since_last);
+        for (index, (line, exchange)) in lines.iter_mut().zip(&mut exchanges).enumerate() {
+            line.attend(index, peer, now(), &mut log);
+            line.receive(turn.n_ticks, &mut exchange.received)?;
         }
-        let mut alive = true;
-        match (&mut door, &mut client) {
-            (Door::Serial(port), _) => receive_serial(&mut **port, &mut received)?,
-            (Door::Tcp(_), Some((client, _))) => alive = client.receive(&mut received).is_ok(),
-            (Door::Tcp(_), None) => {}
-        }
-        peer.tick(&received, &mut out);
-        match (&mut door, &mut client) {
-            (Door::Serial(port), _) => {
-                match port.write_all(&out) {
-                    // Nobody reads at the other end: the bytes are lost, as on a real line.
-                    Err(e) if matches!(e.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock) => {}
-                    written => written.context("the serial line broke")?,
-                }
+        for _tick in 0..turn.n_ticks {
+            peer.tick(&mut exchanges, &mut log);
+            for exchange in &mut exchanges {
+                exchange.received.clear();
             }
-            (Door::Tcp(_), Some((client, _))) => alive = client.send(&out).is_ok() && alive,
-            (Door::Tcp(_), None) => {}
         }
-        if !alive && let Some((_, address)) = client.take() {
-            note(format_args!("{address} left"));
-            peer.hang_up();
+        for (index, (line, exchange)) in lines.iter_mut().zip(&mut exchanges).enumerate() {
+            line.send(&exchange.out)?;
+            exchange.out.clear();
+            line.part(index, peer, &mut log);
         }
-        next_tick += period;
-        match next_tick.checked_duration_since(Instant::now()) {
-            Some(rest) => std::thread::sleep(rest),
-            // After a pause of the machine, go on from here instead of racing.
-            None => next_tick = Instant::now(),
+        if let Some(rest) = pace.rest(now()) {
+            std::thread::sleep(rest);
         }
     }
 }
 
-fn receive_serial(port: &mut dyn SerialPort, into: &mut Vec<u8>) -> anyhow::Result<()> {
-    let n_waiting = port.bytes_to_read().context("the serial line broke")? as usize;
-    let mut buffer = [0; READ_SIZE];
-    let n_wanted = n_waiting.min(READ_SIZE);
-    if n_wanted > 0 {
-        let n = port.read(&mut buffer[..n_wanted]).context("the serial line broke")?;
-        into.extend_from_slice(&buffer[..n]);
-    }
-    Ok(())
+fn now() -> Instant {
+    Instant::now()
 }

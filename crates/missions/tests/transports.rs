@@ -20,10 +20,10 @@ use robot_models::{OdometryErrors, RobotModel, WheelSpeeds};
 use run_context::{RunSeed, Stamp};
 use sensor_models::SonarModel;
 use simulator::{RobotPlacement, World, WorldSpec};
-use virtual_robots::{PioneerConfig, PioneerFirmware, SoloRobot};
+use virtual_robots::{Exchange, PioneerConfig, PioneerFirmware, ServedWorld};
 use wire::link::{End, Link, LinkConfig};
 
-fn lonely_robot() -> SoloRobot {
+fn lonely_robot() -> ServedWorld {
     let model = Arc::new(RobotModel::by_name("pioneer3dx").unwrap());
     let mut world = World::new(WorldSpec::empty(), RunSeed(1), Duration::from_millis(10)).unwrap();
     let placement = RobotPlacement {
@@ -35,7 +35,18 @@ fn lonely_robot() -> SoloRobot {
     };
     let body = world.add_robot(placement).unwrap();
     let rng = RunSeed(1).stream("rover");
-    SoloRobot::new(world, body, PioneerFirmware::new(model, PioneerConfig::default(), rng))
+    let mut served = ServedWorld::new(world);
+    served.admit(body, PioneerFirmware::new(model, PioneerConfig::default(), rng));
+    served
+}
+
+/// One tick of the lonely robot, which hears `received`; what it answers is appended to `out`.
+fn tick(robot: &mut ServedWorld, received: &[u8], out: &mut Vec<u8>) {
+    let received = received.to_vec();
+    let mut exchange = [Exchange { received, out: std::mem::take(out) }];
+    robot.tick(&mut exchange, &mut Vec::new());
+    let [exchange] = exchange;
+    *out = exchange.out;
 }
 
 /// Connects, then drives at 0.2 m/s; `pass` lets the other side take a step of 10 ms.
@@ -85,7 +96,7 @@ fn the_driver_drives_a_robot_over_memory() {
         to_robot.clear();
         from_robot.clear();
         link.receive(End::B, now, &mut to_robot);
-        robot.tick(&to_robot, &mut from_robot);
+        tick(&mut robot, &to_robot, &mut from_robot);
         link.send(End::B, now, &from_robot);
         connected |= driver.is_connected();
     }
@@ -101,12 +112,12 @@ fn serve(listener: &TcpListener, stop: &AtomicBool) -> f64 {
     while !stop.load(Ordering::Relaxed) {
         let n = read_some(&mut stream, &mut buffer);
         let mut out = Vec::new();
-        robot.tick(&buffer[..n], &mut out);
+        tick(&mut robot, &buffer[..n], &mut out);
         if stream.write_all(&out).is_err() {
             break;
         }
     }
-    robot.world().body(robot.body_id()).position().x
+    robot.body_of(&robot.robots()[0]).position().x
 }
 
 fn read_some(stream: &mut TcpStream, buffer: &mut [u8]) -> usize {

@@ -7,6 +7,7 @@ use crate::{
     body::{Body, transform_into},
     collide,
     people::YIELD_DISTANCE_M,
+    spec::BodyId,
     world::World,
 };
 
@@ -125,6 +126,18 @@ impl World {
             return Some(Obstacle::Wall);
         }
         self.movable_obstacle(Some(i), corners)
+    }
+
+    /// Whether a convex outline that is fixed to a robot (base frame, metres, counter-clockwise)
+    /// meets anything but the robot itself; touching counts. Uses `scratch` instead of allocating.
+    ///
+    /// # Panics
+    ///
+    /// When `id` is of another world.
+    pub fn meets(&self, id: BodyId, outline_in_base: &[Vec2], scratch: &mut Vec<Vec2>) -> bool {
+        let world_from_base = self.body(id).world_from_base.se2();
+        transform_into(world_from_base, outline_in_base, scratch);
+        scratch.len() > 2 && self.obstacle(id.0, scratch, false).is_some()
     }
 
     pub(crate) fn movable_obstacle(

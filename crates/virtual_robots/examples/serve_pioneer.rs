@@ -24,7 +24,7 @@ use robot_models::{OdometryErrors, RobotModel};
 use run_context::RunSeed;
 use sensor_models::SonarModel;
 use simulator::{RobotPlacement, World, WorldSpec};
-use virtual_robots::{PioneerConfig, PioneerFirmware, SoloRobot};
+use virtual_robots::{Exchange, PioneerConfig, PioneerFirmware, ServedWorld};
 
 const STEP: Duration = Duration::from_millis(10);
 
@@ -43,12 +43,12 @@ fn main() -> Result<(), Box<dyn Error>> {
             Ok(()) => println!("{client} is gone"),
             Err(error) => println!("{client} is gone: {error}"),
         }
-        robot.hang_up();
-        println!("{:?}", robot.firmware().counters());
+        robot.hang_up(0);
+        println!("{:?}", robot.robots()[0].firmware().counters());
     }
 }
 
-fn robot_in_a_room() -> Result<SoloRobot, Box<dyn Error>> {
+fn robot_in_a_room() -> Result<ServedWorld, Box<dyn Error>> {
     let corners =
         [(-4.0, -3.0), (6.0, -3.0), (6.0, 5.0), (-4.0, 5.0)].map(|(x, y)| Vec2::new(x, y));
     let walls = (0..4).map(|i| (Segment { a: corners[i], b: corners[(i + 1) % 4] }, 0));
@@ -63,34 +63,38 @@ fn robot_in_a_room() -> Result<SoloRobot, Box<dyn Error>> {
     })?;
     let firmware =
         PioneerFirmware::new(model, PioneerConfig::default(), RunSeed(1).stream("sonar/pioneer"));
-    Ok(SoloRobot::new(world, body_id, firmware))
+    let mut served = ServedWorld::new(world);
+    served.admit(body_id, firmware);
+    Ok(served)
 }
 
 /// Carries bytes between the socket and the robot until the client leaves.
 fn serve(
     mut stream: TcpStream,
-    robot: &mut SoloRobot,
+    robot: &mut ServedWorld,
     mut recorder: Option<&mut Recorder>,
 ) -> std::io::Result<()> {
     stream.set_nodelay(true)?;
     // A read waits for the client at most half a tick; so this is also what paces the loop.
     stream.set_read_timeout(Some(STEP / 2))?;
     let began = Instant::now();
-    let (mut received, mut out, mut buffer) = (Vec::new(), Vec::new(), [0; 4096]);
+    let (mut exchange, mut events, mut buffer) = ([Exchange::default()], Vec::new(), [0; 4096]);
     let mut tick = 0;
     loop {
         match stream.read(&mut buffer) {
             Ok(0) => return Ok(()),
-            Ok(n) => received.extend_from_slice(&buffer[..n]),
+            Ok(n) => exchange[0].received.extend_from_slice(&buffer[..n]),
             Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
             Err(error) => return Err(error),
         }
         while STEP * tick < began.elapsed() {
-            robot.tick(&received, &mut out);
+            robot.tick(&mut exchange, &mut events);
+            events.clear();
+            let [Exchange { received, out }] = &mut exchange;
             if let Some(recorder) = &mut recorder {
-                recorder.record(tick, &received, &out)?;
+                recorder.record(tick, received, out)?;
             }
-            stream.write_all(&out)?;
+            stream.write_all(out)?;
             received.clear();
             out.clear();
             tick += 1;

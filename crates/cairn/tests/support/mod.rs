@@ -11,7 +11,7 @@ use std::{
     fs,
     io::{BufRead as _, BufReader},
     path::{Path, PathBuf},
-    process::{Child, Command, Stdio},
+    process::{Child, ChildStdout, Command, Stdio},
 };
 
 use serde_json::Value;
@@ -75,13 +75,25 @@ impl Place {
 
     /// Starts a server; gives it back with the address that it printed.
     pub(crate) fn serve(&self, arguments: &str) -> Server {
+        self.serve_several(arguments, 1).0
+    }
+
+    /// Starts a server that prints `n` addresses, a line each.
+    pub(crate) fn serve_several(&self, arguments: &str, n: usize) -> (Server, Vec<String>) {
         let mut command = self.command();
         command.args(arguments.split_whitespace()).stdout(Stdio::piped()).stderr(Stdio::null());
         let mut process = command.spawn().unwrap();
-        let mut first = String::new();
-        BufReader::new(process.stdout.take().unwrap()).read_line(&mut first).unwrap();
-        let address = first.split("connect to ").nth(1).and_then(|rest| rest.split(';').next());
-        Server { address: address.expect("an address in the first line").to_owned(), process }
+        let mut out = BufReader::new(process.stdout.take().unwrap());
+        let addresses: Vec<String> = (0..n)
+            .map(|_| {
+                let mut line = String::new();
+                out.read_line(&mut line).unwrap();
+                let address =
+                    line.split("connect to ").nth(1).and_then(|rest| rest.split(';').next());
+                address.expect("an address in the line").to_owned()
+            })
+            .collect();
+        (Server { address: addresses[0].clone(), process, out }, addresses)
     }
 }
 
@@ -109,6 +121,23 @@ impl Ended {
 pub(crate) struct Server {
     pub(crate) address: String,
     process: Child,
+    out: BufReader<ChildStdout>,
+}
+
+impl Server {
+    /// The next line that it prints.
+    pub(crate) fn line(&mut self) -> String {
+        let mut line = String::new();
+        self.out.read_line(&mut line).unwrap();
+        line
+    }
+
+    /// Most memory that it ever used, bytes; `None` where the system does not say.
+    pub(crate) fn memory_bytes_max(&self) -> Option<u64> {
+        let status = fs::read_to_string(format!("/proc/{}/status", self.process.id())).ok()?;
+        let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+        Some(1024 * line.split_whitespace().nth(1)?.parse::<u64>().ok()?)
+    }
 }
 
 impl Drop for Server {

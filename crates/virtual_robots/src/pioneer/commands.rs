@@ -5,8 +5,8 @@ use run_context::Stamp;
 use wire::arcos::{Command, Report};
 
 use super::{
-    PioneerFirmware, Session, SimPose, TOP_ACCELERATION_MPS2, TOP_TURN_ACCELERATION_DEGPS2,
-    motion::heading_from_deg,
+    CommandSet, PioneerFirmware, Session, SimRequest, Stream, TOP_ACCELERATION_MPS2,
+    TOP_TURN_ACCELERATION_DEGPS2, motion::heading_from_deg,
 };
 
 /// Metres per second in one step of VEL2.
@@ -58,7 +58,8 @@ impl PioneerFirmware {
         self.session = Session::Open;
         self.last_sip = now;
         self.travel_since_sip_m = [0.0; 2];
-        self.sonar.forget_fresh();
+        self.sonar.forget_all();
+        self.unknown = CommandSet::default();
     }
 
     fn obey_open(&mut self, now: Stamp, command: &Command, out: &mut Vec<u8>) {
@@ -70,17 +71,15 @@ impl PioneerFirmware {
             }
             Command::Sync2 | Command::Close => self.close(),
             Command::Enable(on) => self.enable(*on != 0),
-            Command::SetO => self.odometry.reset(),
+            Command::SetO => self.zero_odometry(),
             Command::Config => {
                 // Only a name too long for a packet can fail; nothing is sent then.
                 let _too_long = self.config_pac().encode(out);
             }
-            Command::Encoder(wanted) => {
-                self.encoder_packets = *wanted > 1;
-                if *wanted == 1 {
-                    self.encoder_pac().encode(out);
-                }
-            }
+            Command::Encoder(wanted) => self.streams.encoder = Stream::asked(*wanted),
+            Command::IoRequest(wanted) => self.streams.io = Stream::asked(*wanted),
+            Command::GripRequest(wanted) => self.streams.gripper = Stream::asked(*wanted),
+            Command::BatTest(decivolts) => self.battery.pretend_v(0.1 * f64::from(*decivolts)),
             Command::Sonar(argument) => self.sonar.switch(*argument),
             Command::Polling(order) => self.sonar.set_order(order),
             Command::DigOut(bits) => {
@@ -88,29 +87,60 @@ impl PioneerFirmware {
                 self.digital_out = (self.digital_out & !mask) | (values & mask);
             }
             Command::AdSel(port) => self.analogue_port = u8::try_from(*port).unwrap_or(0),
-            Command::BumpStall(rings) => self.bump_stall = *rings != 0,
-            Command::SimSetPose { x_mm, y_mm, heading_deg } => {
-                self.sim_pose = Some(SimPose::At(geometry::Se2::new(
-                    0.001 * f64::from(*x_mm),
-                    0.001 * f64::from(*y_mm),
-                    heading_from_deg(f64::from(*heading_deg)),
-                )));
+            Command::BumpStall(rings) => self.bump_stall = [rings & 1 != 0, rings & 2 != 0],
+            Command::Other { number } => {
+                self.counters.n_unknown += 1;
+                self.unknown.insert(*number);
             }
-            Command::SimReset => self.sim_pose = Some(SimPose::Start),
-            Command::Other { .. } => self.counters.n_unknown += 1,
             // SYNC0 is the same byte as PULSE: only the watchdog cares. The rest has no effect
             // here.
             Command::Sync0
             | Command::Pulse
             | Command::Open
             | Command::Say(_)
-            | Command::IoRequest(_)
+            | Command::Gripper(_)
+            | Command::GripperVal(_)
             | Command::HostBaud(_)
             | Command::BatteryInfo(_)
             | Command::Sound(_)
             | Command::SoundTog(_) => {}
+            Command::SimSetPose { .. }
+            | Command::SimReset
+            | Command::SimStat(_)
+            | Command::SimMessage(_)
+            | Command::SimExit(_) => self.obey_simulator(command),
             _ => self.obey_motion(command),
         }
+    }
+
+    /// Commands that a real robot does not know.
+    fn obey_simulator(&mut self, command: &Command) {
+        match command {
+            Command::SimSetPose { x_mm, y_mm, heading_deg } => {
+                self.ask_simulator(SimRequest::PlaceAt(geometry::Se2::new(
+                    0.001 * f64::from(*x_mm),
+                    0.001 * f64::from(*y_mm),
+                    heading_from_deg(f64::from(*heading_deg)),
+                )));
+            }
+            Command::SimReset => {
+                self.motion.stop_at_once();
+                self.odometry.reset();
+                self.ask_simulator(SimRequest::Reset);
+            }
+            Command::SimStat(wanted) => self.streams.sim_stat = Stream::asked(*wanted),
+            Command::SimMessage(text) => {
+                self.ask_simulator(SimRequest::Say(String::from_utf8_lossy(text).into_owned()));
+            }
+            Command::SimExit(code) => self.ask_simulator(SimRequest::Exit(*code)),
+            _ => {}
+        }
+    }
+
+    /// SETO: a heading that is held stays where it is in the world.
+    fn zero_odometry(&mut self) {
+        self.motion.turn_frame(self.odometry.odom_from_base().se2().yaw_rad);
+        self.odometry.reset();
     }
 
     fn obey_motion(&mut self, command: &Command) {
@@ -146,11 +176,12 @@ impl PioneerFirmware {
         }
     }
 
-    fn enable(&mut self, on: bool) {
+    /// Motors on, unless the battery is empty, or off.
+    pub(super) fn enable(&mut self, on: bool) {
         if !on {
             self.motion.stop_at_once();
         }
-        self.motors_enabled = on;
+        self.motors_enabled = on && !self.battery.is_empty();
     }
 
     fn set_speed_limit(&mut self, mmps: i16) {

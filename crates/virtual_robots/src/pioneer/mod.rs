@@ -6,21 +6,31 @@
 //! and a bare 2 is CLOSE, because they are the same bytes; a bare 1 can only be the SYNC1 of a
 //! client that lost track, and the robot closes the old session and answers it.
 //!
-//! **Open.** Information packets leave every 100 ms with the sonar readings new since the last one.
-//! Without any packet from the client for the watchdog's time (2 s) the motors stop; at the next
-//! packet, whatever it says, the robot goes on with what it was doing. CLOSE switches the motors off
-//! and ends the packets; odometry goes on.
+//! **Open.** Information packets leave every 100 ms (the model's period) with the sonar readings new
+//! since the last one. Without any packet from the client for the watchdog's time (2 s) the motors
+//! stop; at the next packet, whatever it says, the robot goes on with what it was doing. CLOSE
+//! switches the motors off, ends the packets and returns what the client has set to its defaults;
+//! odometry goes on.
 //!
 //! **Motion.** See the `motion` module: VEL and MOVE set the translation, RVEL, ROTATE, HEAD, DHEAD
 //! and DCHEAD the rotation, both at the same time; VEL2 takes both over, and the next command of
-//! the other kinds takes over again, from a stand in what it does not set itself.
+//! the other kinds takes over again, from a stand in what it does not set itself. SETO moves a held
+//! heading along with the odometry's frame.
 //!
-//! Source: the manufacturer's public manuals of the Pioneer 2 and 3; the thesis, Annex C.
-//! Differences: stalls are reported but do not switch the motors off; the battery keeps its
-//! voltage; tones, grippers and auxiliary ports are accepted and do nothing.
+//! **Bumpers.** Five segments in front and five behind are always reported. With BUMPSTALL a
+//! pressed ring ends motion in its own direction, so that the robot can be backed out.
+//!
+//! Source: the manufacturer's public manuals of the Pioneer 2 and 3; the thesis, Annex C; the
+//! simulator's commands (numbers from 224) from the manufacturer's wiki and its simulator's README.
+//! Differences: stalls are reported but do not switch the motors off; there is no gripper, and a
+//! client that asks is told so; tones and auxiliary ports are accepted and do nothing.
 
+mod battery;
+mod bumpers;
 mod commands;
+mod device_state;
 mod motion;
+mod reports;
 mod sonar_ring;
 #[cfg(test)]
 mod tests;
@@ -31,18 +41,24 @@ use geometry::{Base, Odom, Se2, Transform2};
 use robot_models::{Odometry, RobotModel, WheelSpeeds};
 use run_context::{RandomStream, Stamp, StateHash};
 use simulator::{BodyId, World};
-use wire::arcos::{ConfigPac, Decoder, EncoderPac, IoFields, PowerFields, Sip};
+use wire::arcos::Decoder;
 
 use self::{
+    battery::Battery,
+    bumpers::Bumpers,
+    device_state::{CommandSet, N_REQUESTS_MAX, Stream, Streams},
     motion::{Motion, MotionLimits},
     sonar_ring::SonarRing,
 };
+pub use self::{battery::BatteryConfig, device_state::SimRequest};
 
 /// A packet that stays unfinished for this long is noise; the manufacturer's library waits as long.
 const UNFINISHED_MAX: Duration = Duration::from_millis(100);
 
-/// Speeds below this, m/s, are no motion: what one encoder tick in 100 ms amounts to.
-const STANDING_MPS: f64 = 0.001;
+/// The front of a pair of front and rear.
+const FRONT: usize = 0;
+/// The rear of such a pair.
+const REAR: usize = 1;
 
 /// What one robot of a model has of its own.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,12 +67,10 @@ pub struct PioneerConfig {
     pub name: String,
     /// The serial number it reports.
     pub serial: String,
-    /// Time between information packets; less than 10 ms is taken as 10 ms.
-    pub sip_period: Duration,
     /// Time without a packet after which the motors stop; zero switches the watchdog off.
     pub watchdog: Duration,
-    /// Battery voltage, V.
-    pub battery_v: f64,
+    /// The battery.
+    pub battery: BatteryConfig,
     /// Whether the sonars fire before they are asked to.
     pub sonar_on: bool,
 }
@@ -68,8 +82,18 @@ pub struct MotorFeedback {
     pub encoder_ticks: [i64; 2],
     /// Whether a wheel is driven but does not turn, left and right.
     pub stalled: [bool; 2],
-    /// Whether the body touches something: what a bumper feels.
-    pub touching: bool,
+    /// Bumper segments that are pressed, front and rear: bit 0 is the first, counted clockwise.
+    pub bumpers: [u8; 2],
+}
+
+/// What a simulator knows of a robot and the robot does not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct SimTruth {
+    world_from_base: Se2,
+    /// Smallest x and y, largest x and y of the walls, metres; `None` without walls.
+    bounds_m: Option<[f64; 4]>,
+    /// Length of a step of the world.
+    step: Duration,
 }
 
 /// What the firmware asks of the motors.
@@ -79,15 +103,6 @@ pub struct MotorReference {
     pub wheels: WheelSpeeds,
     /// What the motors may accelerate with to get there, m/s².
     pub acceleration_mps2: f64,
-}
-
-/// Where a client of a simulated robot wants the true robot to be put.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SimPose {
-    /// There, in the world.
-    At(Se2),
-    /// Where it began.
-    Start,
 }
 
 /// What became of the packets received.
@@ -125,8 +140,11 @@ pub struct PioneerFirmware {
     wheel_speeds: WheelSpeeds,
     feedback: MotorFeedback,
     motors_enabled: bool,
-    bump_stall: bool,
-    encoder_packets: bool,
+    battery: Battery,
+    bumpers: Bumpers,
+    /// Whether a pressed bumper of the front, of the rear, is a stall.
+    bump_stall: [bool; 2],
+    streams: Streams,
     digital_out: u8,
     analogue_port: u8,
     last_step: Option<Stamp>,
@@ -134,7 +152,11 @@ pub struct PioneerFirmware {
     /// `None` once the watchdog has stopped the motors.
     last_packet: Option<Stamp>,
     last_sip: Stamp,
-    sim_pose: Option<SimPose>,
+    /// Known while somebody asks for it.
+    truth: Option<SimTruth>,
+    last_interval: Option<Duration>,
+    sim_requests: Vec<SimRequest>,
+    unknown: CommandSet,
     counters: FirmwareCounters,
 }
 
@@ -156,9 +178,8 @@ impl Default for PioneerConfig {
         Self {
             name: "cairn".to_owned(),
             serial: "cairn-0001".to_owned(),
-            sip_period: Duration::from_millis(100),
             watchdog: Duration::from_secs(2),
-            battery_v: 12.6,
+            battery: BatteryConfig::default(),
             sonar_on: true,
         }
     }
@@ -170,8 +191,10 @@ impl PioneerFirmware {
     /// `rng` is the randomness of its sensors.
     pub fn new(model: Arc<RobotModel>, config: PioneerConfig, rng: RandomStream) -> Self {
         let limits = starting_limits(&model);
-        let sonar = SonarRing::new(model.sonars.len(), config.sonar_on);
+        let sonar = SonarRing::new(model.sonars.len(), model.ring, config.sonar_on);
         Self {
+            battery: Battery::new(config.battery),
+            bumpers: Bumpers::new(model.footprint.corners()),
             odometry: Odometry::new(model.drive),
             model,
             config,
@@ -185,15 +208,18 @@ impl PioneerFirmware {
             wheel_speeds: WheelSpeeds::ZERO,
             feedback: MotorFeedback::default(),
             motors_enabled: false,
-            bump_stall: false,
-            encoder_packets: false,
+            bump_stall: [false; 2],
+            streams: Streams::default(),
             digital_out: 0,
             analogue_port: 0,
             last_step: None,
             last_byte: Stamp::ZERO,
             last_packet: None,
             last_sip: Stamp::ZERO,
-            sim_pose: None,
+            truth: None,
+            last_interval: None,
+            sim_requests: Vec::new(),
+            unknown: CommandSet::default(),
             counters: FirmwareCounters::default(),
         }
     }
@@ -211,8 +237,10 @@ impl PioneerFirmware {
         let feedback = MotorFeedback {
             encoder_ticks: body.encoder_ticks,
             stalled: body.stalled,
-            touching: body.touching,
+            // Nothing lies against a body that touches nothing.
+            bumpers: if body.touching { self.bumpers.pressed(world, body_id) } else { [0; 2] },
         };
+        self.truth = self.streams.sim_stat.is_wanted().then(|| truth(world, body_id));
         let mut rng = self.rng.clone();
         let mut ping = |sensor_index| world.ping(body_id, sensor_index, &mut rng).range_m;
         let reference = self.step_with(now, received, feedback, &mut ping, out);
@@ -234,7 +262,7 @@ impl PioneerFirmware {
         out: &mut Vec<u8>,
     ) -> MotorReference {
         let before = self.last_step.unwrap_or(now);
-        self.feel(feedback);
+        self.feel(feedback, now.since(before));
         if self.session == Session::Open {
             self.sonar.fire(before, now, ping);
         }
@@ -272,9 +300,39 @@ impl PioneerFirmware {
         self.odometry.odom_from_base()
     }
 
-    /// The pose that a client asked the simulator to put the robot at, once.
-    pub fn take_sim_pose(&mut self) -> Option<SimPose> {
-        self.sim_pose.take()
+    /// What a client asked of the simulator since the last call, in order; at most 16 requests.
+    pub fn take_sim_requests(&mut self) -> impl Iterator<Item = SimRequest> + '_ {
+        self.sim_requests.drain(..)
+    }
+
+    /// The real time that the last turn of the simulator's loop took: clients can ask for it.
+    pub fn note_interval(&mut self, interval: Duration) {
+        self.last_interval = Some(interval);
+    }
+
+    /// Numbers of the commands of this session, or of the last one, that mean nothing to the robot.
+    pub fn unknown_commands(&self) -> impl Iterator<Item = u8> {
+        self.unknown.iter()
+    }
+
+    /// Time without a packet after which the motors stop; zero when the watchdog is off.
+    pub fn watchdog(&self) -> Duration {
+        self.config.watchdog
+    }
+
+    /// Charge of the battery, percent of full.
+    pub fn charge_percent(&self) -> f64 {
+        self.battery.charge_percent()
+    }
+
+    /// Whether the battery's voltage is below what the configuration packet calls low, 11 V.
+    pub fn battery_is_low(&self) -> bool {
+        self.battery.is_low()
+    }
+
+    /// Voltage of the battery, V.
+    pub fn battery_v(&self) -> f64 {
+        self.battery.voltage_v()
     }
 
     /// What became of the packets received.
@@ -299,9 +357,10 @@ impl PioneerFirmware {
         hash.absorb_u64(self.counters.n_packets);
         hash.absorb_u64(self.counters.n_sips);
         hash.absorb_u64(self.last_packet.map_or(0, Stamp::as_nanos));
+        hash.absorb(self.battery.charge_percent());
     }
 
-    fn feel(&mut self, feedback: MotorFeedback) {
+    fn feel(&mut self, feedback: MotorFeedback, dt: Duration) {
         let [left, right] = feedback.encoder_ticks;
         if self.last_step.is_none() {
             self.odometry.set_ticks(left, right);
@@ -311,6 +370,8 @@ impl PioneerFirmware {
         self.travel_since_sip_m[0] += travel.left_m;
         self.travel_since_sip_m[1] += travel.right_m;
         self.feedback = feedback;
+        let way_m = 0.5 * (travel.left_m.abs() + travel.right_m.abs());
+        self.battery.drain(dt, self.motors_enabled, way_m);
     }
 
     fn listen(&mut self, now: Stamp, received: &[u8], out: &mut Vec<u8>) {
@@ -338,116 +399,36 @@ impl PioneerFirmware {
             self.counters.n_watchdog_stops += 1;
             self.motion.suspend();
         }
-        let bumped = self.bump_stall && self.feedback.touching;
-        if bumped {
-            self.motion.stop_at_once();
+        let stalls = self.bump_stalls();
+        if stalls != [false; 2] {
+            self.motion.hold_back(stalls, self.odometer_m);
+        }
+        if self.motors_enabled && self.battery.is_empty() {
+            self.enable(false);
         }
     }
 
+    /// Whether a pressed bumper of the front, of the rear, counts as a stall now.
+    fn bump_stalls(&self) -> [bool; 2] {
+        [FRONT, REAR].map(|ring| self.bump_stall[ring] && self.feedback.bumpers[ring] != 0)
+    }
+
+    /// Ends the session: what the client has set returns to its default.
     fn close(&mut self) {
         self.session = Session::Closed;
         self.motors_enabled = false;
-        self.encoder_packets = false;
+        self.bump_stall = [false; 2];
+        self.streams = Streams::default();
+        self.sonar = SonarRing::new(self.model.sonars.len(), self.model.ring, self.config.sonar_on);
         self.motion.stop_at_once();
         self.motion.limits = starting_limits(&self.model);
     }
 
-    fn report(&mut self, now: Stamp, out: &mut Vec<u8>) {
-        let period = self.config.sip_period.max(Duration::from_millis(10));
-        if self.session != Session::Open || now.since(self.last_sip) < period {
-            return;
-        }
-        let seconds = now.since(self.last_sip).as_secs_f64();
-        let [left_m, right_m] = std::mem::take(&mut self.travel_since_sip_m);
-        self.wheel_speeds =
-            WheelSpeeds { left_mps: left_m / seconds, right_mps: right_m / seconds };
-        self.sip().encode(out);
-        self.sonar.forget_fresh();
-        if self.encoder_packets {
-            self.encoder_pac().encode(out);
-        }
-        self.counters.n_sips += 1;
-        // On the beat, unless steps are so rare that it was missed altogether.
-        let on_beat = self.last_sip + period;
-        self.last_sip = if now.since(on_beat) < period { on_beat } else { now };
-    }
-
-    /// What the robot would report now.
-    fn sip(&self) -> Sip {
-        let pose = self.odometry.odom_from_base().se2();
-        let heading_rad = pose.yaw_rad;
-        let setpoint_rad = self.motion.heading_setpoint_rad().unwrap_or(heading_rad);
-        let velocity = self.motion.velocity();
-        let measured = self.model.drive.body_velocity(self.wheel_speeds);
-        let touching = self.bump_stall && self.feedback.touching;
-        let [left, right] = self.feedback.stalled.map(|stalled| u8::from(stalled || touching));
-        let mut sip = Sip {
-            moving: velocity.linear_mps.abs() > STANDING_MPS
-                || velocity.angular_radps.abs() > STANDING_MPS
-                || self.wheel_speeds.left_mps.abs() > STANDING_MPS
-                || self.wheel_speeds.right_mps.abs() > STANDING_MPS,
-            x_mm: fifteen_bits(pose.x_m),
-            y_mm: fifteen_bits(pose.y_m),
-            heading_units: Sip::heading_to_units(heading_rad),
-            left_mmps: rounded(1000.0 * self.wheel_speeds.left_mps),
-            right_mmps: rounded(1000.0 * self.wheel_speeds.right_mps),
-            // A cast from a float saturates.
-            battery_decivolts: (10.0 * self.config.battery_v).round() as u8,
-            stall_left: left,
-            stall_right: right,
-            control_units: Sip::heading_to_units(setpoint_rad),
-            flags: u16::from(self.motors_enabled) | (self.sonar.enabled_bits() << 1),
-            io: Some(IoFields {
-                analogue_port: self.analogue_port.into(),
-                digital_out: self.digital_out,
-                ..IoFields::default()
-            }),
-            power: Some(PowerFields {
-                battery_decivolts: (10.0 * self.config.battery_v).round() as u16,
-                charge_state: 0,
-                rotation_decidegps: rounded(10.0 * measured.angular_radps.to_degrees()),
-            }),
-            ..Sip::AT_REST
-        };
-        for &reading in self.sonar.fresh() {
-            if !sip.push_sonar(reading) {
-                break;
-            }
-        }
-        sip
-    }
-
-    fn encoder_pac(&self) -> EncoderPac {
-        // The packet's counters wrap at 32 bits, as the robot's do.
-        let [left_ticks, right_ticks] = self.feedback.encoder_ticks.map(|ticks| ticks as i32);
-        EncoderPac { left_ticks, right_ticks }
-    }
-
-    fn config_pac(&self) -> ConfigPac {
-        let limits = &self.motion.limits;
-        let per_mm = 0.001 / self.model.drive.metres_per_tick();
-        let degrees = |rad: f64| rad.to_degrees().round() as u16;
-        let millimetres = |m: f64| (1000.0 * m).round() as u16;
-        ConfigPac {
-            class: self.model.arcos_class.clone(),
-            subclass: self.model.arcos_subclass.clone(),
-            serial: self.config.serial.clone(),
-            name: self.config.name.clone(),
-            rotation_top_degps: degrees(self.model.limits.turn_rate_max_radps),
-            speed_top_mmps: millimetres(self.model.limits.speed_max_mps),
-            acceleration_top_mmps2: millimetres(TOP_ACCELERATION_MPS2),
-            rotation_acceleration_top_degps2: TOP_TURN_ACCELERATION_DEGPS2,
-            sip_cycle_ms: u8::try_from(self.config.sip_period.as_millis()).unwrap_or(u8::MAX),
-            watchdog_ms: u16::try_from(self.config.watchdog.as_millis()).unwrap_or(u16::MAX),
-            rotation_max_degps: degrees(limits.turn_rate_radps),
-            speed_max_mmps: millimetres(limits.speed_mps),
-            rotation_acceleration_degps2: degrees(limits.turn_acceleration_radps2),
-            rotation_deceleration_degps2: degrees(limits.turn_deceleration_radps2),
-            acceleration_mmps2: millimetres(limits.acceleration_mps2),
-            deceleration_mmps2: millimetres(limits.deceleration_mps2),
-            ticks_per_mm: per_mm.round() as u16,
-            rear_sonar: u8::from(self.model.sonars.len() > 8),
-            ..ConfigPac::default()
+    fn ask_simulator(&mut self, request: SimRequest) {
+        if self.sim_requests.len() < N_REQUESTS_MAX {
+            self.sim_requests.push(request);
+        } else {
+            self.counters.n_unexpected += 1;
         }
     }
 }
@@ -481,12 +462,15 @@ fn top_acceleration_mps2(limits: &MotionLimits) -> f64 {
     TOP_ACCELERATION_MPS2.max(limits.acceleration_mps2).max(limits.deceleration_mps2)
 }
 
-fn fifteen_bits(metres: f64) -> u16 {
-    // Two's complement of any width has the same low 15 bits.
-    (1000.0 * metres).round() as i64 as u16 & 0x7FFF
-}
-
-/// The nearest number of 16 bits; a cast from a float saturates.
-fn rounded(value: f64) -> i16 {
-    value.round() as i16
+/// What the world knows of a robot.
+fn truth(world: &World, body_id: BodyId) -> SimTruth {
+    let bounds = world.static_map().bounds();
+    let bounds_m = (!world.static_map().is_empty()).then_some([
+        bounds.min.x,
+        bounds.min.y,
+        bounds.max.x,
+        bounds.max.y,
+    ]);
+    let world_from_base = world.body(body_id).world_from_base.se2();
+    SimTruth { world_from_base, bounds_m, step: world.step_duration() }
 }

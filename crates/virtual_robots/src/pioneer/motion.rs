@@ -26,6 +26,10 @@ const HEADING_REACHED_RAD: f64 = 0.25 * PI / 180.0;
 /// A distance this close, m, counts as reached.
 const DISTANCE_REACHED_M: f64 = 0.001;
 
+/// By how much the wheels are ahead of what is known of their way, s: it was counted a step of 10 ms
+/// ago, and they go on for half of the next one.
+const AHEAD_S: f64 = 0.015;
+
 /// What a client can set with SETV, SETA, SETRV and SETRA.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MotionLimits {
@@ -130,6 +134,34 @@ impl Motion {
         self.velocity = BodyVelocity::default();
     }
 
+    /// Bumpers are pressed in front or behind: motion towards them ends now, whatever the limits,
+    /// and its set point is forgotten; motion away from them and turning go on.
+    pub(super) fn hold_back(&mut self, [front, rear]: [bool; 2], odometer_m: f64) {
+        let held = |mps: f64| (front && mps > 0.0) || (rear && mps < 0.0);
+        match self.mode {
+            Mode::Body { translation, rotation } => {
+                if held(translation.speed_mps(odometer_m, &self.limits)) {
+                    self.mode = Mode::Body { translation: STAND, rotation };
+                }
+            }
+            Mode::Wheels(target) => {
+                if held(target.left_mps + target.right_mps) {
+                    self.stop_at_once();
+                }
+            }
+        }
+        if held(self.velocity.linear_mps) {
+            self.velocity.linear_mps = 0.0;
+        }
+    }
+
+    /// The frame of headings turns by `yaw_rad`: a heading that is held turns along.
+    pub(super) fn turn_frame(&mut self, yaw_rad: f64) {
+        if let Mode::Body { rotation: Rotation::Heading { rad }, .. } = &mut self.mode {
+            *rad = wrap_to_pi(*rad - yaw_rad);
+        }
+    }
+
     /// The heading it servos to, if it does.
     pub(super) fn heading_setpoint_rad(&self) -> Option<f64> {
         match self.mode {
@@ -224,7 +256,13 @@ impl Translation {
                 if rest_m.abs() < DISTANCE_REACHED_M {
                     return 0.0;
                 }
-                servo(rest_m, limits.speed_mps, limits.deceleration_mps2)
+                // Braking so early that v² / 2a and the way that is not known yet end there.
+                let ahead_mps = limits.deceleration_mps2 * AHEAD_S;
+                let stoppable_mps =
+                    (ahead_mps * ahead_mps + 2.0 * limits.deceleration_mps2 * rest_m.abs()).sqrt()
+                        - ahead_mps;
+                let speed_max_mps = stoppable_mps.min(limits.speed_mps);
+                servo(rest_m, speed_max_mps, limits.deceleration_mps2)
             }
         }
     }

@@ -1,9 +1,11 @@
 //! The firmware against a body that follows its motors exactly, and against a recorded client.
 
-use run_context::RunSeed;
-use wire::arcos::{Command, Report};
+mod manual;
 
-use super::*;
+use run_context::RunSeed;
+use wire::arcos::{Command, ConfigPac, Report, Sip};
+
+use super::{reports::fifteen_bits, *};
 
 const TICK: Duration = Duration::from_millis(10);
 
@@ -14,7 +16,7 @@ struct Bench {
     now: Stamp,
     travel_m: [f64; 2],
     stalled: [bool; 2],
-    touching: bool,
+    bumpers: [u8; 2],
     pinged: Vec<usize>,
     decoder: Decoder,
     reports: Vec<Report>,
@@ -32,7 +34,7 @@ impl Bench {
             now: Stamp::ZERO,
             travel_m: [0.0; 2],
             stalled: [false; 2],
-            touching: false,
+            bumpers: [0; 2],
             pinged: Vec::new(),
             decoder: Decoder::new(),
             reports: Vec::new(),
@@ -63,7 +65,7 @@ impl Bench {
         let feedback = MotorFeedback {
             encoder_ticks: self.travel_m.map(|way_m| (way_m / metres_per_tick).floor() as i64),
             stalled: self.stalled,
-            touching: self.touching,
+            bumpers: self.bumpers,
         };
         let mut out = Vec::new();
         let pinged = &mut self.pinged;
@@ -221,8 +223,18 @@ fn a_distance_is_reached_without_passing_it() {
     for (mm, seconds) in [(500, 4), (-300, 4), (2000, 8), (3, 1)] {
         let mut bench = Bench::driving();
         bench.send(&[Command::SetV(400), Command::Move(mm)]);
-        bench.pass_ms(1000 * seconds);
-        close(1000.0 * bench.x_m(), f64::from(mm), 2.0);
+        let mut farthest_m = 0.0_f64;
+        for _ in 0..2 * seconds {
+            // A pulse every half second, and every tick is looked at.
+            bench.send(&[Command::Pulse]);
+            for _ in 0..49 {
+                bench.tick(&[]);
+                farthest_m = farthest_m.max(bench.x_m() * f64::from(mm.signum()));
+            }
+            farthest_m = farthest_m.max(bench.x_m() * f64::from(mm.signum()));
+        }
+        close(1000.0 * bench.x_m(), f64::from(mm), 1.0);
+        assert!(1000.0 * farthest_m <= f64::from(mm.abs()) + 0.1, "{farthest_m} m of {mm} mm");
         assert!(bench.reference.is_zero());
         assert!(bench.fastest_mps <= 0.4 + 1e-9);
     }
@@ -400,27 +412,18 @@ fn sonars_can_be_switched_and_ordered() {
     bench.obey(Command::Sonar(0b101), 400);
     assert_eq!(bench.last_sip().flags, 0b101);
     assert!(bench.pinged.iter().all(|&sensor| sensor >= 8) && !bench.pinged.is_empty());
-    bench.pinged.clear();
-    bench.send(&[Command::Sonar(1), Command::Polling(vec![4, 5, 0, 99])]);
-    bench.pass_ms(400);
-    assert!(bench.pinged.iter().all(|&sensor| sensor == 3 || sensor == 4));
-    assert!((10..=11).contains(&bench.pinged.len()), "{:?}", bench.pinged);
-    bench.pinged.clear();
-    bench.obey(Command::Polling(vec![]), 400);
-    // 41 ticks hold ten or eleven rounds of two arrays.
-    assert!((20..=22).contains(&bench.pinged.len()), "{:?}", bench.pinged);
 }
 
 #[test]
 fn stalls_and_bumps_are_reported() {
     let mut bench = Bench::driving();
     bench.stalled = [false, true];
-    bench.touching = true;
+    bench.bumpers = [0b00100, 0];
     bench.obey(Command::Vel(200), 500);
-    assert_eq!((bench.last_sip().stall_left, bench.last_sip().stall_right), (0, 1));
+    assert_eq!((bench.last_sip().stall_left, bench.last_sip().stall_right), (0, 0b1001));
     assert!(!bench.reference.is_zero());
     bench.obey(Command::BumpStall(3), 500);
-    assert_eq!((bench.last_sip().stall_left, bench.last_sip().stall_right), (1, 1));
+    assert_eq!((bench.last_sip().stall_left, bench.last_sip().stall_right), (1, 0b1001));
     assert!(bench.reference.is_zero());
 }
 
@@ -477,13 +480,14 @@ fn encoder_packets_come_never_once_or_always() {
 fn what_means_nothing_is_counted_and_changes_nothing() {
     let mut bench = Bench::driving();
     let mut bytes = Vec::new();
-    wire::arcos::write_packet(&[250], &mut bytes).unwrap();
+    wire::arcos::write_packet(&[251], &mut bytes).unwrap();
     wire::arcos::write_packet(&[11], &mut bytes).unwrap();
     wire::arcos::write_packet(&[58, 0x3B, 1, 0], &mut bytes).unwrap();
     bench.tick(&bytes);
     bench.send(&[Command::HostBaud(2), Command::IoRequest(1), Command::Say(vec![1, 2])]);
     let counters = bench.firmware.counters();
     assert_eq!((counters.n_unknown, counters.n_malformed), (2, 1));
+    assert_eq!(bench.firmware.unknown_commands().collect::<Vec<_>>(), [58, 251]);
     assert!(bench.firmware.is_open() && bench.reference.is_zero());
 }
 
@@ -622,6 +626,11 @@ mod recorded {
                 }
                 (Report::Encoder(today), Report::Encoder(then)) => {
                     assert!(today.left_ticks.abs_diff(then.left_ticks) < 800);
+                }
+                (Report::Config(today), Report::Config(then)) => {
+                    // It had no bumpers then.
+                    let (front_bumpers, rear_bumpers) = (5, 5);
+                    assert_eq!(today, &ConfigPac { front_bumpers, rear_bumpers, ..then.clone() });
                 }
                 (today, then) => assert_eq!(today, then),
             }

@@ -77,8 +77,14 @@ pub enum Command {
         /// Right wheel, 20 mm/s.
         right: i8,
     },
+    /// What the gripper should do: 1 open, 2 close, 3 stop, 4 lift up, 5 down and others.
+    Gripper(i16),
     /// Selects the analogue port reported in the information packets.
     AdSel(i16),
+    /// The value that belongs to the last gripper command.
+    GripperVal(i16),
+    /// Gripper packets: 0 none, 1 one, 2 continuous.
+    GripRequest(i16),
     /// Input and output packets: 0 none, 1 one, 2 continuous.
     IoRequest(i16),
     /// Treats bumper contact as a stall: 0 never, 1 front, 2 rear, 3 both.
@@ -102,8 +108,17 @@ pub enum Command {
         /// Heading in the world, degrees.
         heading_deg: i32,
     },
-    /// Simulated robots only: puts the true robot back where it began.
+    /// Simulated robots only: puts the true robot back where it began, and its odometry to zero.
     SimReset,
+    /// Simulated robots only: packets with the true pose: 0 none, 1 one, 2 one before each
+    /// information packet. Without an argument: one.
+    SimStat(i16),
+    /// Simulated robots only: a text for whoever watches the simulator.
+    SimMessage(Vec<u8>),
+    /// Simulated robots only: ends the simulator with this exit code.
+    SimExit(i16),
+    /// Pretends that the battery has this voltage, tenths of a volt.
+    BatTest(i16),
     /// A command this codec has no name for; its argument is not read.
     Other {
         /// The command number.
@@ -172,7 +187,10 @@ impl Command {
             Self::Stop => 29,
             Self::DigOut(_) => 30,
             Self::Vel2 { .. } => 32,
+            Self::Gripper(_) => 33,
             Self::AdSel(_) => 35,
+            Self::GripperVal(_) => 36,
+            Self::GripRequest(_) => 37,
             Self::IoRequest(_) => 40,
             Self::BumpStall(_) => 44,
             Self::HostBaud(_) => 50,
@@ -182,6 +200,10 @@ impl Command {
             Self::SoundTog(_) => 92,
             Self::SimSetPose { .. } => 224,
             Self::SimReset => 225,
+            Self::SimStat(_) => 237,
+            Self::SimMessage(_) => 238,
+            Self::SimExit(_) => 239,
+            Self::BatTest(_) => 250,
             Self::Other { number } => *number,
         }
     }
@@ -195,7 +217,9 @@ impl Command {
         let number = self.number();
         match self {
             Self::Open | Self::Close => write_int(number, 1, out),
-            Self::Polling(text) | Self::Say(text) => write_string(number, text, out),
+            Self::Polling(text) | Self::Say(text) | Self::SimMessage(text) => {
+                write_string(number, text, out)
+            }
             Self::Enable(value)
             | Self::SetA(value)
             | Self::SetV(value)
@@ -210,13 +234,19 @@ impl Command {
             | Self::DcHead(value)
             | Self::SetRa(value)
             | Self::Sonar(value)
+            | Self::Gripper(value)
             | Self::AdSel(value)
+            | Self::GripperVal(value)
+            | Self::GripRequest(value)
             | Self::IoRequest(value)
             | Self::BumpStall(value)
             | Self::HostBaud(value)
             | Self::BatteryInfo(value)
             | Self::Sound(value)
-            | Self::SoundTog(value) => write_int(number, *value, out),
+            | Self::SoundTog(value)
+            | Self::SimStat(value)
+            | Self::SimExit(value)
+            | Self::BatTest(value) => write_int(number, *value, out),
             Self::DigOut(bits) => write_int(number, bits.cast_signed(), out),
             Self::Vel2 { left, right } => {
                 let bytes = [right.cast_unsigned(), left.cast_unsigned()];
@@ -283,7 +313,10 @@ impl Command {
                 let [right, left] = bits(number, rest)?.to_le_bytes();
                 Self::Vel2 { left: left.cast_signed(), right: right.cast_signed() }
             }
+            33 => Self::Gripper(int()?),
             35 => Self::AdSel(int()?),
+            36 => Self::GripperVal(int()?),
+            37 => Self::GripRequest(int()?),
             40 => Self::IoRequest(int()?),
             44 => Self::BumpStall(int()?),
             50 => Self::HostBaud(int()?),
@@ -293,6 +326,11 @@ impl Command {
             92 => Self::SoundTog(int()?),
             224 => sim_pose(rest).ok_or(CommandError::ArgumentMissing { number })?,
             225 => Self::SimReset,
+            237 if rest.is_empty() => Self::SimStat(1),
+            237 => Self::SimStat(int()?),
+            238 => Self::SimMessage(string(number, rest)?),
+            239 => Self::SimExit(int()?),
+            250 => Self::BatTest(int()?),
             _ => Self::Other { number },
         })
     }

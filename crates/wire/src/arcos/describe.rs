@@ -48,6 +48,9 @@ fn describe_command(body: &[u8]) -> String {
             let [left, right] = [left, right].map(|step| i32::from(step).saturating_mul(20));
             format!("VEL2 left {left} mm/s, right {right} mm/s")
         }
+        Command::Gripper(value) => format!("GRIPPER {value}"),
+        Command::GripperVal(value) => format!("GRIPPERVAL {value}"),
+        Command::GripRequest(value) => format!("GRIPREQUEST packets {}", how_many(value)),
         Command::AdSel(port) => format!("ADSEL port {port}"),
         Command::IoRequest(value) => format!("IOREQUEST packets {}", how_many(value)),
         Command::BumpStall(value) => format!("BUMPSTALL {value}"),
@@ -60,6 +63,13 @@ fn describe_command(body: &[u8]) -> String {
             format!("SIM_SET_POSE {x_mm} mm, {y_mm} mm, {heading_deg} deg")
         }
         Command::SimReset => "SIM_RESET".to_owned(),
+        Command::SimStat(value) => format!("SIM_STAT packets {}", how_many(value)),
+        // Strings come from strangers: escaped, they stay on their line.
+        Command::SimMessage(text) => {
+            format!("SIM_MESSAGE \"{}\"", String::from_utf8_lossy(&text).escape_debug())
+        }
+        Command::SimExit(code) => format!("SIM_EXIT {code}"),
+        Command::BatTest(decivolts) => format!("BATTEST {:.1} V", 0.1 * f64::from(decivolts)),
         Command::Other { number } => format!("command {number}, not known here"),
     }
 }
@@ -92,6 +102,11 @@ fn describe_report(body: &[u8]) -> String {
             if sip.stalled() {
                 line.push_str("; stalled");
             }
+            let [front, rear] = sip.bumpers();
+            if front | rear != 0 {
+                // Writing to a string cannot fail.
+                let _written = write!(line, "; bumpers front {front:05b}, rear {rear:05b}");
+            }
             for (index, reading) in sip.sonar().iter().enumerate() {
                 let before = if index == 0 { "; sonar " } else { ", " };
                 // Writing to a string cannot fail.
@@ -107,6 +122,21 @@ fn describe_report(body: &[u8]) -> String {
         Report::Encoder(ticks) => {
             format!("ENCODER left {} ticks, right {} ticks", ticks.left_ticks, ticks.right_ticks)
         }
+        Report::Io(io) => {
+            let ([user, front, rear, infrared], [out, _]) = (io.digital_in, io.digital_out);
+            format!(
+                "IO in {user:#04x}, bumpers front {front:#04x} rear {rear:#04x}, \
+                 infrared {infrared:#04x}, out {out:#04x}"
+            )
+        }
+        Report::Gripper(gripper) if gripper.kind == 0 => "GRIPPER none".to_owned(),
+        Report::Gripper(gripper) => {
+            format!("GRIPPER of kind {}, switches {:#04x}", gripper.kind, gripper.switches)
+        }
+        Report::SimStat(stat) => format!(
+            "SIM_STAT truly at {} mm, {} mm, {} deg; last tick {} ms",
+            stat.x_mm, stat.y_mm, stat.heading_deg, stat.last_interval_ms
+        ),
         Report::Other { kind } => format!("report {kind:#04x}, not known here"),
     }
 }

@@ -3,7 +3,8 @@
 //! A packet is `FA FB count body… sum_high sum_low`: `count` is the length of body and checksum
 //! together. A client's body is a command number with at most one argument ([`Command`]); a robot's
 //! body is an echo, a server information packet ([`Sip`]) or one of the packets asked for
-//! ([`ConfigPac`], [`EncoderPac`]); [`Report`] tells them apart. Numbers are little endian, only
+//! ([`ConfigPac`], [`EncoderPac`], [`IoPac`], [`GripperPac`], [`SimStatPac`]); [`Report`] tells them
+//! apart. Numbers are little endian, only
 //! the checksum is not.
 //!
 //! The codec knows no connection state: whether a bare `1` is SYNC1 or OPEN is for the robot to
@@ -17,6 +18,9 @@ mod command;
 mod config_pac;
 mod decoder;
 mod describe;
+mod device_pacs;
+#[cfg(test)]
+mod device_pacs_tests;
 mod fields;
 mod sip;
 #[cfg(test)]
@@ -26,6 +30,7 @@ pub use command::{Command, CommandError};
 pub use config_pac::{ConfigPac, EncoderPac};
 pub use decoder::{Decoder, Packet};
 pub use describe::describe;
+pub use device_pacs::{GripperPac, IoPac, SimStatPac};
 pub use sip::{IoFields, PowerFields, Report, ReportError, Sip, SonarReading, SonarReadings};
 
 /// The two bytes that open every packet.

@@ -1,7 +1,7 @@
 //! What the robot sends: the standard server information packet, echoes and the rest.
 
 use super::{
-    BodyLength, ConfigPac, EncoderPac,
+    BodyLength, ConfigPac, EncoderPac, GripperPac, IoPac, SimStatPac,
     fields::{Fields, push_string},
     write_packet,
 };
@@ -71,9 +71,10 @@ pub struct Sip {
     pub right_mmps: i16,
     /// Battery voltage, tenths of a volt.
     pub battery_decivolts: u8,
-    /// Left wheel: bit 0 stalled; the others, bumpers of the front.
+    /// Left wheel: bit 0 stalled; the others, bumpers of the rear, clockwise.
     pub stall_left: u8,
-    /// Right wheel: bit 0 stalled; the others, bumpers of the rear.
+    /// Right wheel: bit 0 stalled; the others, bumpers of the front, clockwise: bit 1 is the
+    /// leftmost.
     pub stall_right: u8,
     /// The heading the robot servos to, 1/4096 turn.
     pub control_units: i16,
@@ -113,6 +114,12 @@ pub enum Report {
     Config(ConfigPac),
     /// The encoder counts that were asked for.
     Encoder(EncoderPac),
+    /// The ports that were asked for.
+    Io(IoPac),
+    /// The gripper that was asked for.
+    Gripper(GripperPac),
+    /// What only a simulator knows.
+    SimStat(SimStatPac),
     /// A packet this codec has no name for.
     Other {
         /// The type byte.
@@ -191,6 +198,11 @@ impl Sip {
     /// Whether either wheel reports a stall.
     pub fn stalled(&self) -> bool {
         (self.stall_left | self.stall_right) & 1 != 0
+    }
+
+    /// Front and rear bumpers that are pressed: bit 0 is the first of each, counted clockwise.
+    pub fn bumpers(&self) -> [u8; 2] {
+        [self.stall_right >> 1, self.stall_left >> 1]
     }
 
     /// Heading, radians in [−π, π).
@@ -306,6 +318,9 @@ impl Report {
             STOPPED | MOVING => Self::Sip(Sip::decode(body)?),
             ConfigPac::KIND => Self::Config(ConfigPac::decode(body)?),
             EncoderPac::KIND => Self::Encoder(EncoderPac::decode(body)?),
+            IoPac::KIND => Self::Io(IoPac::decode(body)?),
+            GripperPac::KIND => Self::Gripper(GripperPac::decode(body)?),
+            SimStatPac::KIND => Self::SimStat(SimStatPac::decode(body)?),
             _ => Self::Other { kind },
         })
     }
@@ -333,6 +348,18 @@ impl Report {
             Self::Config(config) => config.encode(out),
             Self::Encoder(encoder) => {
                 encoder.encode(out);
+                Ok(())
+            }
+            Self::Io(io) => {
+                io.encode(out);
+                Ok(())
+            }
+            Self::Gripper(gripper) => {
+                gripper.encode(out);
+                Ok(())
+            }
+            Self::SimStat(stat) => {
+                stat.encode(out);
                 Ok(())
             }
             Self::Other { kind } => write_packet(&[*kind], out),

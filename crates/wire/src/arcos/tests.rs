@@ -100,6 +100,13 @@ fn every_command_has_its_number() {
         (Command::SoundTog(1), 92),
         (Command::SimSetPose { x_mm: 1, y_mm: 2, heading_deg: 3 }, 224),
         (Command::SimReset, 225),
+        (Command::Gripper(1), 33),
+        (Command::GripperVal(1), 36),
+        (Command::GripRequest(1), 37),
+        (Command::SimStat(1), 237),
+        (Command::SimMessage(vec![1]), 238),
+        (Command::SimExit(1), 239),
+        (Command::BatTest(1), 250),
     ];
     for (command, number) in numbers {
         assert_eq!(frame(&command).get(3), Some(&number), "{command:?}");
@@ -388,7 +395,7 @@ fn any_command() -> impl Strategy<Value = Command> {
         Command::Stop,
         Command::EStop,
         Command::SimReset,
-        Command::Other { number: 250 },
+        Command::Other { number: 251 },
     ]);
     let constructors: Vec<fn(i16) -> Command> = vec![
         Command::Enable,
@@ -405,6 +412,12 @@ fn any_command() -> impl Strategy<Value = Command> {
         Command::DcHead,
         Command::SetRa,
         Command::Sonar,
+        Command::Gripper,
+        Command::GripperVal,
+        Command::GripRequest,
+        Command::SimStat,
+        Command::SimExit,
+        Command::BatTest,
         Command::AdSel,
         Command::IoRequest,
         Command::BumpStall,
@@ -419,6 +432,7 @@ fn any_command() -> impl Strategy<Value = Command> {
         6 => with_int,
         1 => vec(any::<u8>(), 0..=195).prop_map(Command::Say),
         1 => vec(any::<u8>(), 0..=195).prop_map(Command::Polling),
+        1 => vec(any::<u8>(), 0..=195).prop_map(Command::SimMessage),
         1 => any::<u16>().prop_map(Command::DigOut),
         1 => any::<(i8, i8)>().prop_map(|(left, right)| Command::Vel2 { left, right }),
         1 => any::<(i32, i32, i32)>().prop_map(|(x_mm, y_mm, heading_deg)| {
