@@ -118,7 +118,7 @@ programTest("a goal that cannot be reached is answered at the click, with the ro
   await untilTime(page, 1);
   await page.keyboard.press("g");
   // Where no trail leads.
-  await page.mouse.click(...(await page.evaluate(() => window.cairn.pageOf([-6.5, 3.5]))));
+  await page.mouse.click(...(await page.evaluate(() => window.cairn.pageOf([-5, 3]))));
   await page.locator(".readout.phase").getByText(/^assistant: (looking for the trail|follows|gives up)/).waitFor({ timeout: 3000 });
 });
 

@@ -59,7 +59,7 @@ export class Run {
       decision: this.decision?.state() ?? null,
       figures: {
         time_s: this.t_s, path_length_m: robot.path_m, clearance_min_m: robot.clearance_min_m, collisions: 0,
-        cross_track_rms_m: robot.n_cross ? Math.sqrt(robot.sum_cross2 / robot.n_cross) : null, queries: Math.floor(this.step_number / 20),
+        cross_track_rms_m: robot.n_cross ? Math.sqrt(robot.sum_cross2 / robot.n_cross) : null, ...(this.isBare ? {} : { queries: Math.floor(this.step_number / 20) }),
       },
     };
   }
