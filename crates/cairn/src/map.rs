@@ -185,7 +185,7 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
 fn outputs(args: &Args, folder: &Path) -> anyhow::Result<Outputs> {
     let given = [&args.log, &args.log2, &args.prior, &args.truth, &args.relations, &args.config];
     let given = given.into_iter().flatten().chain(&args.sweep).cloned();
-    let outputs = Outputs::new(args.force).keeping(given.chain(inputs::prior_picture(args)));
+    let outputs = Outputs::new(args.force).keeping(given.chain(inputs::prior_picture(args)?));
     let checked = match (&args.sweep, args.resume) {
         (Some(_), _) => study::check(args, folder, &outputs),
         // The checkpoint is what this run goes on from.

@@ -1,6 +1,6 @@
 //! `cairn pheromone-server`: the pheromone server as a program of its own.
 
-use std::{fs, net::SocketAddr, path::PathBuf, process::ExitCode, time::Duration};
+use std::{net::SocketAddr, path::PathBuf, process::ExitCode, time::Duration};
 
 use anyhow::Context;
 use clap::ValueEnum;
@@ -62,8 +62,7 @@ enum PerceptionName {
 }
 
 pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
-    let text = fs::read_to_string(&args.map)
-        .with_context(|| format!("cannot read the map {}", args.map.display()))?;
+    let text = files::read_text(&args.map, "the pheromone map")?;
     let field = Field::from_text(&text, args.cell_m)
         .with_context(|| format!("{} is not a pheromone map", args.map.display()))?;
     let sense = SenseConfig {

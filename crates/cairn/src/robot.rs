@@ -3,7 +3,7 @@
 mod places;
 
 use std::{
-    fs, net::SocketAddr, num::NonZeroU16, path::Path, process::ExitCode, sync::Arc, time::Duration,
+    net::SocketAddr, num::NonZeroU16, path::Path, process::ExitCode, sync::Arc, time::Duration,
 };
 
 use anyhow::{Context, bail};
@@ -348,7 +348,7 @@ fn load_world(name: &str, seed: RunSeed) -> anyhow::Result<(World, Option<Se2>)>
         bail!("{name} is packed: unpack it first (gunzip --keep {name}) and give the .map file");
     }
     if Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("map")) {
-        let text = fs::read(name).with_context(|| format!("cannot read the map {name}"))?;
+        let text = files::read(Path::new(name), "the map", files::Limit::TEXT, &mut |_, _| ())?;
         let map = activmedia_map::parse(&String::from_utf8_lossy(&text))
             .with_context(|| format!("{name} is not an ActivMedia 2-D map"))?;
         map.warnings.iter().for_each(|warning| eprintln!("{name}: {warning}"));

@@ -235,6 +235,30 @@ fn results_are_replaced_only_by_force() {
     assert_ne!(fs::read(place.path("room-map/map.pgm")).unwrap(), before);
 }
 
+/// A map of pixels of a tenth of a millimetre (a public case) would take minutes: it is refused before the log is read.
+#[test]
+fn known_maps_have_sensible_pixels_and_places() {
+    let place = place(3);
+    let yaml = |resolution: &str, origin: &str| {
+        let text = format!(
+            "image: y.pgm\nresolution: {resolution}\norigin: {origin}\nnegate: 0\noccupied_thresh: 0.65\n\
+             free_thresh: 0.2\n"
+        );
+        place.write("y.yaml", &text);
+        place.cairn("map absent.csv --prior y.yaml --method sonar")
+    };
+    yaml("1e-4", "[0,0,0]").refused(2, &["y.yaml", "line 2", "more than 0.0001 and at most 10"]);
+    yaml("11", "[0,0,0]").refused(2, &["at most 10"]);
+    yaml("-0.05", "[0,0,0]").refused(2, &["-0.05", "at most 10"]);
+    yaml("0.0002", "[0,0,0]").refused(2, &["0.0002", "from 0.005 to 1 m"]);
+    yaml("0.05", "[.inf,0,0]").refused(2, &["line 3", ".inf"]);
+    yaml("0.05", "[0,1e9,0]").refused(2, &["line 3", "1e9"]);
+    if let Some(case) = testkit::data_folder("../cases/prior/y_1e-4.yaml") {
+        let ended = place.cairn(&format!("map ring.csv --prior {}", case.display()));
+        ended.refused(2, &["y_1e-4.yaml", "1e-4", "more than 0.0001 and at most 10"]);
+    }
+}
+
 /// A file may not grow beyond 2 kB, as on a full disk: the write fails in the middle of a file.
 #[cfg(unix)]
 #[test]

@@ -86,12 +86,11 @@ impl Inputs {
 
     /// The map that is known already, if one was given.
     pub(super) fn prior(args: &Args, config: &SurveyConfig) -> anyhow::Result<Option<SurveyPrior>> {
-        let Some(path) = &args.prior else { return Ok(None) };
+        let Some((path, yaml)) = prior_yaml(args)? else { return Ok(None) };
         let name = path.display();
-        let text = files::read_text(path, "the known map (YAML)")?;
-        let yaml = MapYaml::parse(&text).with_context(|| name.to_string())?;
-        let image_path = path.parent().unwrap_or(Path::new("")).join(&yaml.image);
-        let bytes = file(&image_path, "the known map's picture")?;
+        let image_path = beside(path, &yaml);
+        let what = "the known map's picture";
+        let bytes = files::read(&image_path, what, files::Limit::PICTURE, &mut |_, _| ())?;
         let is_png = bytes.starts_with(b"\x89PNG");
         let image = if is_png { read_png(&bytes) } else { read_pgm(&bytes) };
         let image = image.with_context(|| image_path.display().to_string())?;
@@ -168,11 +167,38 @@ fn file(path: &Path, what: &str) -> anyhow::Result<Vec<u8>> {
     Ok(crate::input::read(path, what)?)
 }
 
-/// The picture that the known map names, which is an input too; `None` when that cannot be seen yet.
-pub(super) fn prior_picture(args: &Args) -> Option<PathBuf> {
-    let path = args.prior.as_deref()?;
-    let yaml = MapYaml::parse(&files::read_text(path, "the known map").ok()?).ok()?;
-    Some(path.parent().unwrap_or(Path::new("")).join(yaml.image))
+/// The text of the map that is known already, if one was given.
+///
+/// # Errors
+///
+/// When it cannot be read, is none, or its cells are of a size in which nothing is mapped.
+pub(super) fn prior_yaml(args: &Args) -> anyhow::Result<Option<(&Path, MapYaml)>> {
+    let Some(path) = args.prior.as_deref() else { return Ok(None) };
+    let text = files::read_text(path, "the known map (YAML)")?;
+    let yaml = MapYaml::parse(&text).with_context(|| path.display().to_string())?;
+    if !PRIOR_RESOLUTION_M.contains(&yaml.resolution_m) {
+        bail!(
+            "{}: resolution: {}: a map that is known already must have pixels from {} to {} m",
+            path.display(),
+            yaml.resolution_m,
+            PRIOR_RESOLUTION_M.start(),
+            PRIOR_RESOLUTION_M.end()
+        );
+    }
+    Ok(Some((path, yaml)))
+}
+
+/// Sides of cells that a survey maps in, as `map.resolution_m`.
+const PRIOR_RESOLUTION_M: std::ops::RangeInclusive<f64> = 0.005..=1.0;
+
+/// The picture of a map, which lies beside its text.
+fn beside(path: &Path, yaml: &MapYaml) -> PathBuf {
+    path.parent().unwrap_or(Path::new("")).join(&yaml.image)
+}
+
+/// The picture that the known map names, which is an input too.
+pub(super) fn prior_picture(args: &Args) -> anyhow::Result<Option<PathBuf>> {
+    Ok(prior_yaml(args)?.map(|(path, yaml)| beside(path, &yaml)))
 }
 
 fn file_name(path: &Path) -> String {

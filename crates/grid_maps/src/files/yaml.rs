@@ -13,6 +13,11 @@ use geometry::Se2;
 use crate::MapError;
 
 const FORMAT: &str = "map YAML";
+/// Sides of pixels that a map may have, metres: more than the first, at most the second. Finer maps cost minutes before
+/// anything is seen of them; coarser ones show no building.
+const RESOLUTION_M: (f64, f64) = (1e-4, 10.0);
+/// How far from zero the corner of a map may lie, metres, and how often it may be turned round, radians.
+const ORIGIN_MAX: f64 = 1e6;
 
 /// How greys become occupancy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,9 +110,10 @@ impl MapYaml {
     /// not fit, and YAML that is deeper than this format needs.
     pub fn parse(text: &str) -> Result<Self, MapError> {
         let entries = Entries::read(text)?;
-        let positive = |value: f64| value.is_finite() && value > 0.0;
+        let sensible = |value: f64| value > RESOLUTION_M.0 && value <= RESOLUTION_M.1;
         let fraction = |value: f64| (0.0..=1.0).contains(&value);
-        let resolution_m = entries.number("resolution", positive, "metres for a pixel, above 0")?;
+        let allowed = "metres for a pixel, more than 0.0001 and at most 10";
+        let resolution_m = entries.number("resolution", sensible, allowed)?;
         let occupied = "a number from 0 to 1, above free_thresh";
         let free_prob = entries.number("free_thresh", fraction, "a number from 0 to 1")?;
         let above_free = |value| fraction(value) && value > free_prob;
@@ -261,10 +267,13 @@ impl Entries {
 
     fn origin(&self) -> Result<Se2, MapError> {
         let entry = self.required("origin")?;
-        let expected = "`origin: [x, y, yaw]`, metres and radians";
+        let expected = "`origin: [x, y, yaw]`, metres and radians, each within ±1000000";
         if let ([x, y, yaw], true) = (&entry.values[..], entry.is_list) {
-            let [x, y, yaw] = [x.number(expected)?, y.number(expected)?, yaw.number(expected)?];
-            return Ok(Se2::new(x, y, yaw));
+            let near = |value: &Value| match value.number(expected)? {
+                number if number.abs() <= ORIGIN_MAX => Ok(number),
+                _ => Err(value.refused(expected)),
+            };
+            return Ok(Se2::new(near(x)?, near(y)?, near(yaw)?));
         }
         let n = entry.values.len();
         let found = if entry.is_list { format!("a list of {n}") } else { "no list".to_owned() };
@@ -433,6 +442,13 @@ cost_translation_table:
             ("0.1", "0"),
             ("0.1", ".nan"),
             ("0.1", "inf"),
+            ("0.1", "-0.05"),
+            ("0.1", "1e-4"),
+            ("0.1", "10.1"),
+            ("[0.0, 0.0, 0.0]", "[.nan, 0, 0]"),
+            ("[0.0, 0.0, 0.0]", "[0, -inf, 0]"),
+            ("[0.0, 0.0, 0.0]", "[0, 1e7, 0]"),
+            ("[0.0, 0.0, 0.0]", "[0, 0, 1e300]"),
             ("resolution: 0.1\n", ""),
             ("0.0]", "0.0"),
             (", 0.0]", "]"),
@@ -455,13 +471,20 @@ cost_translation_table:
             MapYaml::parse(&USUAL.replace(from, to)).unwrap_err().to_string()
         });
         expect![[r##"
-            map YAML, line 2: found `0`, expected metres for a pixel, above 0
-            map YAML, line 2: found `.nan`, expected metres for a pixel, above 0
-            map YAML, line 2: found `inf`, expected metres for a pixel, above 0
+            map YAML, line 2: found `0`, expected metres for a pixel, more than 0.0001 and at most 10
+            map YAML, line 2: found `.nan`, expected metres for a pixel, more than 0.0001 and at most 10
+            map YAML, line 2: found `inf`, expected metres for a pixel, more than 0.0001 and at most 10
+            map YAML, line 2: found `-0.05`, expected metres for a pixel, more than 0.0001 and at most 10
+            map YAML, line 2: found `1e-4`, expected metres for a pixel, more than 0.0001 and at most 10
+            map YAML, line 2: found `10.1`, expected metres for a pixel, more than 0.0001 and at most 10
+            map YAML, line 3: found `.nan`, expected `origin: [x, y, yaw]`, metres and radians, each within ±1000000
+            map YAML, line 3: found `-inf`, expected `origin: [x, y, yaw]`, metres and radians, each within ±1000000
+            map YAML, line 3: found `1e7`, expected `origin: [x, y, yaw]`, metres and radians, each within ±1000000
+            map YAML, line 3: found `1e300`, expected `origin: [x, y, yaw]`, metres and radians, each within ±1000000
             map YAML, line 5: found no `resolution`, expected a line `resolution: …`
             map YAML, line 3: found `[0.0, 0.0, 0.0`, expected the list to end with `]` on its line
-            map YAML, line 3: found a list of 2, expected `origin: [x, y, yaw]`, metres and radians
-            map YAML, line 3: found no list, expected `origin: [x, y, yaw]`, metres and radians
+            map YAML, line 3: found a list of 2, expected `origin: [x, y, yaw]`, metres and radians, each within ±1000000
+            map YAML, line 3: found no list, expected `origin: [x, y, yaw]`, metres and radians, each within ±1000000
             map YAML, line 4: found `0.1`, expected a number from 0 to 1, above free_thresh
             map YAML, line 5: found `-0.1`, expected a number from 0 to 1
             map YAML, line 6: found `2`, expected 0 or 1
@@ -499,13 +522,13 @@ cost_translation_table:
         #[test]
         fn what_is_written_is_read_to_the_last_bit(
             image in "[ -~]{1,12}",
-            resolution_m in 1e-300..1e300_f64,
+            resolution_m in 1.01e-4..10.0_f64,
             origin in (any::<i32>(), -1e6..1e6_f64, -3.0..3.0_f64),
             mode in prop_oneof![Just(Mode::Trinary), Just(Mode::Scale), Just(Mode::Raw)],
             negate: bool,
             (free_prob, occupied_prob) in (0.0..0.5_f64, 0.5..=1.0_f64),
         ) {
-            let origin = Se2::new(f64::from(origin.0) / 7.0, origin.1, origin.2);
+            let origin = Se2::new(f64::from(origin.0) / 7e3, origin.1, origin.2);
             let yaml = MapYaml { image, resolution_m, origin, mode, negate, occupied_prob, free_prob };
             prop_assert_eq!(MapYaml::parse(&yaml.to_text()).unwrap(), yaml);
         }
