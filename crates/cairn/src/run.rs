@@ -6,9 +6,10 @@ use std::{
     time::{Duration, Instant},
 };
 
+use anyhow::Context as _;
 use files::{Kind, Outputs};
 use indicatif::{ProgressBar, ProgressStyle};
-use missions::{Mission, Recorder, Run};
+use missions::{LogItem, Mission, Recorder, Run};
 use run_context::RunSeed;
 use studio::{Options, Recordings, Show};
 
@@ -31,6 +32,7 @@ const STEPS_PER_LOOK: u64 = 500;
     With a robot behind TCP or a serial line even a headless run takes real time.\n\
     A headless run ends with exit code 0 when the verdict is passed, 1 when it is failed, 2 on an error."
 )]
+#[expect(clippy::struct_excessive_bools, reason = "switches of a command line are what they are")]
 pub(crate) struct Args {
     /// A mission file, the name of a shipped mission (see `cairn missions`), or `-` for standard input
     mission: String,
@@ -126,7 +128,7 @@ fn headless(
         if recorder.is_some() || args.verbose {
             let said = run.drain_log();
             if let Some(recorder) = &mut recorder {
-                recorder.record(&run, &said)?;
+                record(recorder, &run, &said)?;
             }
             if args.verbose {
                 bar.suspend(|| said.iter().for_each(output::event));
@@ -155,6 +157,14 @@ fn headless(
     }
     let passed = summary.verdict.is_some_and(|verdict| verdict.passed);
     Ok(if passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Records a step. A disk that is full ends the run at once: a run that was to be recorded and is not is no success.
+fn record(recorder: &mut Recorder, run: &Run, said: &[LogItem]) -> anyhow::Result<()> {
+    recorder.record(run, said).with_context(|| {
+        let (t_s, part) = (run.steps() as f64 * 0.01, recorder.part().display());
+        format!("the recording stops after {t_s:.2} s; what was recorded until then is in {part}")
+    })
 }
 
 /// Waits for the next tick of real time; a machine that is late goes on from where it is.

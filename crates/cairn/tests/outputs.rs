@@ -179,6 +179,31 @@ fn a_full_disk_is_said() {
     }
 }
 
+/// A disk that fills up while a run is recorded: the run ends at once, and what was recorded can be replayed.
+#[cfg(unix)]
+#[test]
+fn a_disk_that_fills_up_ends_a_recorded_run() {
+    let place = place();
+    let binary = env!("CARGO_BIN_EXE_cairn");
+    let limited = |blocks: u32, name: &str| {
+        let run = format!("{binary} run drive.toml --headless --record {name}");
+        let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec {run}");
+        let mut shell = std::process::Command::new("sh");
+        Place::ended(shell.args(["-c", &script]).current_dir(place.path("")))
+    };
+    limited(64, "out.mcap")
+        .refused(2, &["the recording stops after", "out.mcap.part", "cannot be written"]);
+    assert!(!place.path("out.mcap").exists());
+    let replay = place.cairn("replay out.mcap.part --headless").fine().out;
+    assert!(
+        replay.contains("was not finished") && replay.contains("each with the recorded state"),
+        "{replay}"
+    );
+    // Not even the head finds room: that is known before the run, and nothing is left.
+    limited(0, "none.mcap").refused(2, &["none.mcap", "cannot be written"]);
+    assert!(!place.path("none.mcap.part").exists());
+}
+
 /// Two runs cannot record under one name, and what a killed one left is kept.
 #[cfg(unix)]
 #[test]

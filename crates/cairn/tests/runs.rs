@@ -88,6 +88,53 @@ fn a_recording_replays_step_by_step() {
     assert!(text.contains("steps, each with the recorded state"), "{text}");
 }
 
+/// Public cases: an own recording with one byte of a topic's name changed, and what a killed studio left.
+#[test]
+fn damaged_and_killed_recordings_of_earlier_builds_say_what_they_are() {
+    let place = Place::new();
+    if let Some(damaged) = testkit::data_folder("../cases/recordings/hash-topic-1byte.mcap") {
+        let ended = place.cairn(&format!("replay {} --headless", damaged.display()));
+        assert_eq!(ended.code, 1, "{}{}", ended.out, ended.err);
+        let said = [
+            "The recording is damaged",
+            "checksum",
+            "it says that it has",
+            "0 are in it",
+            "None of the",
+            "an earlier build",
+        ];
+        for word in said {
+            assert!(ended.out.contains(word), "`{word}` is missing in {}", ended.out);
+        }
+        assert!(!ended.out.contains("each with the recorded state"), "{}", ended.out);
+        let mapped = place.cairn(&format!("map {} -o damaged", damaged.display())).fine();
+        assert!(format!("{}{}", mapped.out, mapped.err).contains("checksum"), "{}", mapped.out);
+    }
+    if let Some(killed) = testkit::data_folder("../cases/recordings/studio-killed-12s.mcap.part") {
+        let ended = place.cairn(&format!("replay {} --headless --format json", killed.display()));
+        let object = ended.json();
+        assert!(object["steps_compared"].as_u64().unwrap() > 100, "{object}");
+        assert!(object["truncation"].as_str().unwrap().contains("was not finished"), "{object}");
+        assert!(object["other_build"].as_str().unwrap().contains("an earlier build"), "{object}");
+        place.cairn(&format!("map {} -o killed", killed.display())).fine();
+    }
+}
+
+#[test]
+fn what_would_have_happened_ends_with_a_verdict() {
+    let place = Place::new();
+    place.write("drive.toml", &short_drive(0.3));
+    place.cairn("run drive.toml --headless --record out.mcap").fine();
+    let changed = "replay out.mcap --headless --set robots.navigator.speed_mps=0.15";
+    let text = place.cairn(changed).fine().out;
+    assert!(text.contains("another one from step") && text.contains("passed"), "{text}");
+    let object = place.cairn(&format!("{changed} --format json")).fine().json();
+    assert_eq!(object["verdict"], "pass");
+    assert!(object["steps"].as_u64() > object["steps_compared"].as_u64(), "{object}");
+    let never = "replay out.mcap --headless --set mission.duration_max_s=2.0";
+    assert_eq!(place.cairn(never).code, 1, "a failed verdict");
+}
+
 #[test]
 fn a_damaged_recording_says_so() {
     let place = Place::new();
@@ -96,9 +143,23 @@ fn a_damaged_recording_says_so() {
     let whole = fs::read(place.path("out.mcap")).unwrap();
     fs::write(place.path("cut.mcap"), &whole[..whole.len() * 3 / 4]).unwrap();
     let cut = place.cairn("replay cut.mcap --headless");
-    assert!(cut.code == 0 || cut.code == 1 || cut.code == 2);
-    let said = format!("{}{}", cut.out, cut.err);
-    assert!(said.contains("not whole") || said.contains("no recording"), "{said}");
+    assert_eq!(cut.code, 1, "it was cut within a piece: {}{}", cut.out, cut.err);
+    assert!(
+        cut.out.contains("was not written whole") && cut.out.contains("not finished"),
+        "{}",
+        cut.out
+    );
+    // Every byte counts, also those that no reader of MCAP looks at.
+    for at in [3, whole.len() / 2, whole.len() - 300, whole.len() - 30, whole.len() - 1] {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 0x20;
+        fs::write(place.path("bad.mcap"), &bytes).unwrap();
+        let ended = place.cairn("replay bad.mcap --headless");
+        assert!(ended.code == 1 || ended.code == 2, "byte {at}: {}", ended.out);
+        let said = format!("{}{}", ended.out, ended.err);
+        assert!(said.contains("damaged") || said.contains("MCAP"), "byte {at}: {said}");
+        assert!(!said.contains("each with the recorded state"), "byte {at}: {said}");
+    }
     place.write("empty.mcap", "");
     place.cairn("replay empty.mcap --headless").refused(2, &["empty.mcap", "no recording"]);
     place.cairn("replay drive.toml --headless").refused(2, &["drive.toml", "no recording"]);

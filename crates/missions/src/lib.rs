@@ -39,7 +39,7 @@ pub use intervention::{Intervention, InterventionError, RecordedIntervention};
 pub use mission::{ExpectedVerdict, Mission, MissionError, SettingError, ShippedInfo, file};
 pub use outline::{Mark, Outline};
 pub use record::{RecordError, Recorder};
-pub use replay::{Divergence, Replay, ReplayError, ReplayReport};
+pub use replay::{Divergence, Replay, ReplayError, ReplayReport, Seek};
 pub use run::{DRIVE_HOLD, Run, RunError, STEP, world_of};
 pub use sensing::{PoseReport, RingRow, SensedRun, SensedStep, SensorLog, sense};
 pub use summary::{Figure, Summary};

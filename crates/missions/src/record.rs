@@ -11,21 +11,24 @@
 //! | `/cairn/scan/<robot>` | `cairn.scan.v1` | a row of its ring with dead reckoning and truth |
 //! | `/cairn/end` | JSON | steps taken and the verdict; absent when the recording was cut off |
 //!
+//! After every piece stands a check record ([`recordings::mcap_file`]) with the checksum of everything before it; a piece
+//! is half a second of the run, and reaches the file in one go. So a program that is killed loses no more than that,
+//! and every byte of what it leaves can be relied on or is known to be damaged.
+//!
 //! Log times are virtual; a scan is published at the time that it is about. The last two topics are those of
 //! [`recordings::cairn_mcap`], so that a recorded run can be mapped like any other log. The file is written beside its final name and renamed at the end, so that a name
 //! always means a whole recording; what a crash leaves behind (`….part`) replays as far as it goes.
 
 use std::{
     collections::BTreeMap,
-    fs::File,
-    io::BufWriter,
     path::{Path, PathBuf},
 };
 
 use files::{Kind, Live, Outputs, Refusal};
 use mcap::{WriteOptions, Writer, records::MessageHeader};
-use recordings::cairn_mcap::{
-    RIG_ENCODING, SCAN_ENCODING, encode_rig, encode_scan, rig_topic, scan_topic,
+use recordings::{
+    cairn_mcap::{RIG_ENCODING, SCAN_ENCODING, encode_rig, encode_scan, rig_topic, scan_topic},
+    mcap_file::{CHECK_OPCODE, LIBRARY_MARK},
 };
 use run_context::Stamp;
 use serde::{Deserialize, Serialize};
@@ -37,14 +40,20 @@ use crate::{
     view::{LogItem, Pose, SceneThing, ViewDecision, ViewRobot, ViewState},
 };
 
-/// Version of the recording's layout; 1 had no rigs and scans.
-pub(crate) const FORMAT: u32 = 2;
+mod sink;
+
+use sink::Sink;
+
+/// Version of the recording's layout; 1 had no rigs and scans, 2 no check records and no build.
+pub(crate) const FORMAT: u32 = 3;
 /// The layouts that can be replayed.
 pub(crate) const FORMATS_READ: std::ops::RangeInclusive<u32> = 1..=FORMAT;
 /// Steps between two recorded views.
 const VIEW_STEPS: u64 = 10;
-/// Bytes collected before they are written out; at most so much is lost in a crash.
-const CHUNK_BYTES: u64 = 256 * 1024;
+/// Steps collected before they are written out: half a second, the most that is lost when the program is killed.
+const PIECE_STEPS: u64 = 50;
+/// Which sources the program was built from: the same build repeats the same bits.
+pub(crate) const BUILD: &str = env!("CAIRN_BUILD");
 
 pub(crate) const HEAD: &str = "/cairn/head";
 pub(crate) const INTERVENTIONS: &str = "/cairn/interventions";
@@ -54,10 +63,13 @@ pub(crate) const LOG: &str = "/cairn/log";
 pub(crate) const END: &str = "/cairn/end";
 
 /// The first message.
-#[derive(Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct Head {
     pub(crate) format: u32,
     pub(crate) cairn: String,
+    /// Of the program that wrote it; empty in layouts before 3.
+    #[serde(default)]
+    pub(crate) build: String,
     pub(crate) seed: u64,
     pub(crate) mission: String,
 }
@@ -115,7 +127,10 @@ pub enum RecordError {
 /// ```
 pub struct Recorder {
     live: Live,
-    writer: Writer<BufWriter<File>>,
+    writer: Writer<Sink>,
+    sink: Sink,
+    /// Step after which everything was written out last.
+    written_at: u64,
     channels: [u16; 6],
     /// One for each robot.
     scan_channels: Vec<u16>,
@@ -137,17 +152,17 @@ impl Recorder {
     ///
     /// [`RecordError`] when the file may not or cannot be written.
     pub fn create(path: &Path, run: &Run, outputs: &Outputs) -> Result<Self, RecordError> {
-        let mut live = outputs.begin(path, Kind::RECORDING)?;
+        let live = outputs.begin(path, Kind::RECORDING)?;
         let part = live.part().to_owned();
-        let io = |source| RecordError::Io { path: part.clone(), source };
         let refuse = |source| RecordError::Mcap { path: part.clone(), source };
-        let file = BufWriter::new(live.file().try_clone().map_err(io)?);
+        let sink = Sink::new();
         let options = WriteOptions::new()
             .compression(None)
             .profile("cairn")
-            .library(format!("cairn {}", env!("CARGO_PKG_VERSION")))
-            .chunk_size(Some(CHUNK_BYTES));
-        let mut writer = options.create(file).map_err(refuse)?;
+            .library(format!("cairn {}{LIBRARY_MARK}", env!("CARGO_PKG_VERSION")))
+            .disable_seeking(true)
+            .chunk_size(None);
+        let mut writer = options.create(sink.clone()).map_err(refuse)?;
         let mut channels = [0; 6];
         for (id, topic) in channels.iter_mut().zip([HEAD, INTERVENTIONS, HASH, STATE, LOG, END]) {
             let encoding = if topic == HASH { "cairn.hash.v1" } else { "json" };
@@ -156,6 +171,8 @@ impl Recorder {
         let mut recorder = Self {
             live,
             writer,
+            sink,
+            written_at: run.steps(),
             channels,
             scan_channels: Vec::with_capacity(run.mission().n_robots()),
             n_interventions: 0,
@@ -165,12 +182,22 @@ impl Recorder {
         let head = Head {
             format: FORMAT,
             cairn: env!("CARGO_PKG_VERSION").to_owned(),
+            build: BUILD.to_owned(),
             seed: run.seed().0,
             mission: run.mission().to_toml(),
         };
-        recorder.write_json(HEAD, run, &json!(head))?;
-        recorder.write_rigs(run)?;
-        Ok(recorder)
+        // A disk that is full or read-only is found out before the run.
+        let begun = recorder
+            .write_json(HEAD, run, &json!(head))
+            .and_then(|()| recorder.write_rigs(run))
+            .and_then(|()| recorder.flush());
+        match begun {
+            Ok(()) => Ok(recorder),
+            Err(error) => {
+                recorder.live.discard();
+                Err(error)
+            }
+        }
     }
 
     /// The name that the recording will have.
@@ -210,7 +237,33 @@ impl Recorder {
             let value = json!({"t_s": t_s, "level": item.level.name(), "text": item.text});
             self.write_json(LOG, run, &value)?;
         }
+        if run.steps().saturating_sub(self.written_at) >= PIECE_STEPS {
+            self.written_at = run.steps();
+            self.flush()?;
+        }
         Ok(())
+    }
+
+    /// Writes out everything that was recorded; done by itself after every half second of the run. A program that
+    /// steps the run slower than real time calls it once a second. The bytes are then with the operating system: they
+    /// survive the end of the program, not a power failure ([`Recorder::finish`] waits for the disk).
+    ///
+    /// # Errors
+    ///
+    /// [`RecordError`] when the disk is full; the file then ends with the last whole piece.
+    pub fn flush(&mut self) -> Result<(), RecordError> {
+        let part = self.live.part().to_owned();
+        let refuse = |source| RecordError::Mcap { path: part.clone(), source };
+        self.writer.flush().map_err(refuse)?;
+        if self.sink.is_empty() {
+            return Ok(());
+        }
+        let check = self.sink.check();
+        #[expect(clippy::default_trait_access, reason = "the set's own crate is not among ours")]
+        let outside_chunks = Default::default();
+        self.writer.write_private_record(CHECK_OPCODE, &check, outside_chunks).map_err(refuse)?;
+        let io = |source| RecordError::Io { path: part.clone(), source };
+        self.sink.write_out(self.live.file()).map_err(io)
     }
 
     /// Ends the recording and gives the file its name.
@@ -227,11 +280,12 @@ impl Recorder {
             text: verdict.map_or_else(|| "not finished".to_owned(), |v| v.text.clone()),
         };
         self.write_json(END, run, &json!(end))?;
+        self.flush()?;
         let part = self.live.part().to_owned();
         let refuse = |source| RecordError::Mcap { path: part.clone(), source };
         self.writer.finish().map_err(refuse)?;
         let io = |source| RecordError::Io { path: part.clone(), source };
-        drop(self.writer.into_inner().into_inner().map_err(|e| io(e.into_error()))?);
+        self.sink.write_out(self.live.file()).map_err(io)?;
         Ok(self.live.finish()?)
     }
 

@@ -1,33 +1,28 @@
 //! Replays: a recording run again, compared step by step.
 
-use std::{
-    collections::VecDeque,
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
-use mcap::read::{MessageStream, Options};
+use files::{InputError, Limit};
+use recordings::mcap_file::{Integrity, MAGIC, messages};
 use run_context::RunSeed;
 
 use crate::{
     intervention::{InterventionRecord, RecordedIntervention},
     mission::{Mission, MissionError},
-    record::{END, EndRecord, FORMATS_READ, HASH, HEAD, Head, INTERVENTIONS},
+    record::{BUILD, END, EndRecord, FORMATS_READ, HASH, HEAD, Head, INTERVENTIONS},
     run::{Run, RunError},
 };
+
+/// Problems of a file that are named.
+const DAMAGE_MAX: usize = 8;
 
 /// A recording that cannot be replayed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReplayError {
     /// The file cannot be read.
-    #[error("{}: cannot be read: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
+    #[error(transparent)]
+    Input(#[from] InputError),
     /// The file is no recording of a mission.
     #[error("{}: is no recording of a mission: {problem}", path.display())]
     NotARecording {
@@ -70,17 +65,41 @@ pub struct ReplayReport {
     pub steps_recorded: Option<u64>,
     /// The first difference.
     pub divergence: Option<Divergence>,
-    /// Interventions that this run refused, because it differs from the recorded one.
-    pub interventions_refused: u64,
+    /// What is damaged in the file, a sentence each; then a difference says nothing about the run.
+    pub damage: Vec<String>,
+    /// The program that wrote the recording, if it is another build than this one: the same steps are promised only
+    /// within one build.
+    pub other_build: Option<String>,
+    /// Interventions that were repeated.
+    pub interventions_repeated: u64,
+    /// Interventions that this run refused, because it differs from the recorded one: step, what and why.
+    pub interventions_refused: Vec<String>,
+    /// Interventions for which this run ended too early.
+    pub interventions_left: u64,
     /// What is missing at the end of the file, if it was cut off.
     pub truncation: Option<String>,
 }
 
 impl ReplayReport {
-    /// Whether every recorded step came out the same.
+    /// Whether every recorded step came out the same: all of those that the file says it has, in a file that is not
+    /// damaged.
     pub fn is_identical(&self) -> bool {
         self.divergence.is_none()
+            && self.damage.is_empty()
+            && self.steps_recorded.is_none_or(|recorded| recorded == self.steps)
     }
+}
+
+/// How far [`Replay::seek`] got.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Seek {
+    /// The run is at the target.
+    There,
+    /// So many steps are left until it is; ask again.
+    OnTheWay {
+        /// Steps.
+        steps_left: u64,
+    },
 }
 
 /// A recording that is run again.
@@ -88,45 +107,65 @@ impl ReplayReport {
 pub struct Replay {
     head: Head,
     run: Run,
-    hashes: VecDeque<(u64, u64)>,
-    interventions: VecDeque<RecordedIntervention>,
+    /// The recorded hash after each step, from the first on.
+    hashes: Vec<u64>,
+    interventions: Vec<RecordedIntervention>,
+    /// Of the interventions, how many were tried.
+    n_tried: usize,
+    refused: Vec<String>,
     n_compared: u64,
-    n_refused: u64,
     steps_recorded: Option<u64>,
     divergence: Option<Divergence>,
+    damage: Vec<String>,
     truncation: Option<String>,
+    /// Whether settings were changed: then it runs to its own verdict.
+    is_changed: bool,
 }
 
 impl Replay {
-    /// Reads a recording and puts its mission in place. A file that was cut off is read as far as it
-    /// goes; [`ReplayReport::truncation`] says so.
+    /// Reads a recording and puts its mission in place. A file that was cut off or damaged is read as far as it
+    /// goes; [`Replay::notes`] and [`ReplayReport`] say so.
     ///
     /// # Errors
     ///
     /// [`ReplayError`] when the file is unreadable, is no recording, or holds a mission that this version
     /// cannot load.
     pub fn open(path: &Path) -> Result<Self, ReplayError> {
-        let bytes =
-            fs::read(path).map_err(|source| ReplayError::Io { path: path.to_owned(), source })?;
-        Self::from_bytes(path, &bytes, &[])
+        Self::open_with(path, &[])
     }
 
     /// As [`Replay::open`], with settings overridden (`table.key=value`): the same events, seed and
-    /// interventions under other parameters. Differences are then expected.
+    /// interventions under other parameters. Differences are then expected, and it runs on to a verdict of its own.
     ///
     /// # Errors
     ///
     /// As [`Replay::open`].
     pub fn open_with(path: &Path, overrides: &[String]) -> Result<Self, ReplayError> {
-        let bytes =
-            fs::read(path).map_err(|source| ReplayError::Io { path: path.to_owned(), source })?;
+        let bytes = files::read(path, "the recording", Limit::LOG, &mut |_, _| ())?;
         Self::from_bytes(path, &bytes, overrides)
     }
 
-    fn from_bytes(path: &Path, bytes: &[u8], overrides: &[String]) -> Result<Self, ReplayError> {
-        let wrong = |problem: String| ReplayError::NotARecording { path: path.to_owned(), problem };
-        let contents = Contents::read(bytes).map_err(wrong)?;
-        let head = contents.head.ok_or_else(|| wrong("it has no head".to_owned()))?;
+    /// As [`Replay::open_with`], with the bytes of the file read already; `path` is what errors call them.
+    ///
+    /// # Errors
+    ///
+    /// As [`Replay::open`].
+    pub fn from_bytes(
+        path: &Path,
+        bytes: &[u8],
+        overrides: &[String],
+    ) -> Result<Self, ReplayError> {
+        let contents = Contents::read(bytes);
+        let wrong = |problem: String| ReplayError::NotARecording {
+            path: path.to_owned(),
+            problem: contents.explain(problem),
+        };
+        if !bytes.starts_with(MAGIC) {
+            return Err(wrong("it is not an MCAP file".to_owned()));
+        }
+        let Some(head) = contents.head.clone() else {
+            return Err(wrong(contents.without_head()));
+        };
         if !FORMATS_READ.contains(&head.format) {
             let (oldest, newest) = (FORMATS_READ.start(), FORMATS_READ.end());
             let problem = format!(
@@ -135,7 +174,14 @@ impl Replay {
             );
             return Err(wrong(problem));
         }
-        let mission = Mission::parse("the recorded mission", &head.mission, overrides)?;
+        let mission = Mission::parse("the recorded mission", &head.mission, overrides);
+        let mission = match mission {
+            // A mission that was loaded when it was recorded is unreadable because its text is not what it was.
+            Err(e) if overrides.is_empty() && !contents.damage.is_empty() => {
+                return Err(wrong(format!("its mission cannot be loaded ({e})")));
+            }
+            mission => mission?,
+        };
         if mission.has_real_robot() {
             return Err(ReplayError::RealRobot);
         }
@@ -145,17 +191,40 @@ impl Replay {
             run,
             hashes: contents.hashes,
             interventions: contents.interventions,
+            n_tried: 0,
+            refused: Vec::new(),
             n_compared: 0,
-            n_refused: 0,
             steps_recorded: contents.end.map(|e| e.steps),
             divergence: None,
+            damage: contents.damage,
             truncation: contents.truncation,
+            is_changed: !overrides.is_empty(),
         })
     }
 
     /// The version that wrote the recording.
     pub fn recorded_by(&self) -> &str {
         &self.head.cairn
+    }
+
+    /// What is to be known before it is looked at: whether the file is damaged, not finished, or of another build.
+    pub fn notes(&self) -> Vec<String> {
+        let damage = self.damage.iter().map(|found| format!("The recording is damaged: {found}."));
+        let cut = self.truncation.iter().map(|cut| format!("The recording is not whole: {cut}."));
+        let build = self.other_build().into_iter().map(|other| {
+            format!("It was recorded by {other}; this is another build, in which steps may come out differently.")
+        });
+        damage.chain(cut).chain(build).collect()
+    }
+
+    /// Who wrote the recording, if it was not this build.
+    fn other_build(&self) -> Option<String> {
+        let Head { cairn, build, format, .. } = &self.head;
+        match build.as_str() {
+            BUILD => None,
+            "" => Some(format!("Cairn {cairn}, an earlier build (layout {format})")),
+            build => Some(format!("Cairn {cairn}, build {build}")),
+        }
     }
 
     /// The run as far as it has been repeated.
@@ -168,26 +237,66 @@ impl Replay {
         &mut self.run
     }
 
-    /// Repeats one step with its interventions and compares; `false` at the end of the recording.
+    /// Steps that the recording holds.
+    pub fn n_steps(&self) -> u64 {
+        self.hashes.len() as u64
+    }
+
+    /// Repeats one step with its interventions and compares; `false` at the end: of the recording, or, with changed
+    /// settings, of the run.
     pub fn step(&mut self) -> bool {
-        let Some((step, recorded)) = self.hashes.pop_front() else { return false };
-        while let Some(next) = self.interventions.front()
-            && next.step <= self.run.steps()
+        let at = self.run.steps();
+        let recorded = usize::try_from(at).ok().and_then(|at| self.hashes.get(at).copied());
+        let goes_on =
+            if self.is_changed { self.run.finished().is_none() } else { recorded.is_some() };
+        if !goes_on {
+            return false;
+        }
+        while let Some(next) = self.interventions.get(self.n_tried)
+            && next.step <= at
         {
-            // What the recorded run accepted is refused only by a run that has diverged, which the hash
-            // shows.
-            if self.run.apply(next.intervention.clone()).is_err() {
-                self.n_refused += 1;
+            self.n_tried += 1;
+            // What the recorded run accepted is refused only by a run that differs from it.
+            if let Err(why) = self.run.apply(next.intervention.clone()) {
+                self.refused.push(format!("at {:.2} s: {why}", at as f64 * 0.01));
             }
-            self.interventions.pop_front();
         }
         self.run.step();
-        self.n_compared += 1;
-        let replayed = self.run.state_hash().value();
-        if self.divergence.is_none() && (replayed != recorded || self.run.steps() != step) {
-            self.divergence = Some(Divergence { step, recorded, replayed });
+        if let Some(recorded) = recorded {
+            self.n_compared = self.n_compared.max(at + 1);
+            let replayed = self.run.state_hash().value();
+            if replayed != recorded && self.divergence.is_none() {
+                self.divergence = Some(Divergence { step: at + 1, recorded, replayed });
+            }
         }
         true
+    }
+
+    /// Goes to the state after `target` steps (at most [`Replay::n_steps`]), forwards or backwards, taking no more
+    /// than `steps_max` steps now: a caller that must not be late asks again until it is [`Seek::There`].
+    ///
+    /// The state at a step is the same however it was reached. The way back leads over the beginning: it costs as
+    /// many steps as the target has. The log and the packets of the steps on the way are there to be drained, as ever.
+    ///
+    /// # Errors
+    ///
+    /// [`ReplayError::Run`] when the mission cannot be started again; the replay stays where it is.
+    pub fn seek(&mut self, target: u64, steps_max: u64) -> Result<Seek, ReplayError> {
+        let target = target.min(self.n_steps());
+        if target < self.run.steps() {
+            self.run = Run::new(self.run.mission().clone(), RunSeed(self.head.seed))?;
+            self.n_tried = 0;
+            self.refused.clear();
+        }
+        for _ in 0..steps_max {
+            if self.run.steps() >= target || !self.step() {
+                break;
+            }
+        }
+        match target.saturating_sub(self.run.steps()) {
+            0 => Ok(Seek::There),
+            steps_left => Ok(Seek::OnTheWay { steps_left }),
+        }
     }
 
     /// Repeats all of it.
@@ -202,18 +311,20 @@ impl Replay {
             steps: self.n_compared,
             steps_recorded: self.steps_recorded,
             divergence: self.divergence,
-            interventions_refused: self.n_refused,
+            damage: self.damage.clone(),
+            other_build: self.other_build(),
+            interventions_repeated: (self.n_tried - self.refused.len()) as u64,
+            interventions_refused: self.refused.clone(),
+            interventions_left: (self.interventions.len() - self.n_tried) as u64,
             truncation: self.truncation.clone(),
         }
     }
 }
 
 impl Replay {
-    /// What is left of it in brief: all of it before the first step.
-    pub fn outline(&mut self) -> crate::Outline {
-        let n_steps = self.run.steps() + self.hashes.len() as u64;
-        let coming = self.interventions.make_contiguous();
-        crate::outline::outline(self.run.mission(), n_steps, coming)
+    /// All of it in brief.
+    pub fn outline(&self) -> crate::Outline {
+        crate::outline::outline(self.run.mission(), self.n_steps(), &self.interventions)
     }
 }
 
@@ -221,57 +332,101 @@ impl Replay {
 #[derive(Default)]
 struct Contents {
     head: Option<Head>,
-    hashes: VecDeque<(u64, u64)>,
-    interventions: VecDeque<RecordedIntervention>,
+    hashes: Vec<u64>,
+    interventions: Vec<RecordedIntervention>,
     end: Option<EndRecord>,
+    damage: Vec<String>,
     truncation: Option<String>,
+    n_messages: u64,
+    n_scans: u64,
 }
 
 impl Contents {
-    /// Reads messages until the file ends or breaks off.
-    fn read(bytes: &[u8]) -> Result<Self, String> {
+    /// Reads messages as far as there are any, and what is wrong with the file.
+    fn read(bytes: &[u8]) -> Self {
+        let integrity = Integrity::of(bytes);
         let mut contents = Self::default();
-        let options = Options::IgnoreEndMagic.into();
-        let stream = MessageStream::new_with_options(bytes, options)
-            .map_err(|e| format!("it is not an MCAP file ({e})"))?;
-        for message in stream {
-            match message {
-                Ok(message) => contents.take(&message.channel.topic, &message.data)?,
-                Err(error) => {
-                    contents.truncation = Some(format!(
-                        "the recording breaks off after {} steps ({error}); it is replayed as far as it goes",
-                        contents.hashes.len()
-                    ));
-                    break;
-                }
+        contents.damage.extend(integrity.damage.iter().map(ToString::to_string));
+        for message in messages(bytes) {
+            contents.n_messages += 1;
+            if let Err(problem) = contents.take(message.topic, message.data) {
+                contents.say(format!("{problem} (byte {})", message.byte));
             }
         }
-        if contents.end.is_none() && contents.truncation.is_none() {
-            contents.truncation = Some(format!(
-                "the recording was not finished: it ends after {} steps",
-                contents.hashes.len()
-            ));
+        let n = contents.hashes.len() as u64;
+        match &contents.end {
+            Some(end) if end.steps != n => {
+                let said = end.steps;
+                contents.say(format!("it says that it has {said} steps, but {n} are in it"));
+            }
+            Some(_) => {}
+            None if integrity.finished => {
+                contents.truncation =
+                    Some(format!("it ends after {n} steps without the word of how the run ended"));
+            }
+            None => {
+                contents.truncation = Some(format!(
+                    "it was not finished, as when the program is killed: it ends after {n} steps ({:.2} s) and is \
+                     replayed so far",
+                    n as f64 * 0.01
+                ));
+            }
         }
-        Ok(contents)
+        contents
+    }
+
+    fn say(&mut self, problem: String) {
+        if self.damage.len() < DAMAGE_MAX {
+            self.damage.push(problem);
+        }
+    }
+
+    /// A problem with what is known to be damaged.
+    fn explain(&self, problem: String) -> String {
+        match self.damage.first() {
+            Some(damage) if !problem.contains("MCAP") => {
+                format!("{problem}; the file is damaged: {damage}")
+            }
+            _ => problem,
+        }
+    }
+
+    /// What is there when the mission is not.
+    fn without_head(&self) -> String {
+        let n = self.n_messages;
+        let scans = match self.n_scans {
+            0 => String::new(),
+            n => format!("; its {n} scans can be mapped: cairn map"),
+        };
+        format!(
+            "it has no head, so its mission and seed are not known ({n} messages are in it{scans})"
+        )
     }
 
     fn take(&mut self, topic: &str, data: &[u8]) -> Result<(), String> {
-        let bad = |e: serde_json::Error| format!("a message on {topic} makes no sense ({e})");
+        let bad = |e: serde_json::Error| format!("a message on {topic} makes no sense: {e}");
         match topic {
             HEAD => self.head = Some(serde_json::from_slice(data).map_err(bad)?),
             END => self.end = Some(serde_json::from_slice(data).map_err(bad)?),
             INTERVENTIONS => {
                 let record: InterventionRecord = serde_json::from_slice(data).map_err(bad)?;
-                self.interventions.push_back(record.into());
+                self.interventions.push(record.into());
             }
             HASH => {
-                let (step, hash) = data.split_at_checked(8).unwrap_or_default();
-                let number = |b: &[u8]| <[u8; 8]>::try_from(b).map(u64::from_le_bytes);
-                let pair = number(step).and_then(|s| number(hash).map(|h| (s, h)));
-                self.hashes
-                    .push_back(pair.map_err(|e| format!("a hash has a wrong length ({e})"))?);
+                let Ok(pair) = <[u8; 16]>::try_from(data) else {
+                    return Err(format!("a hash of {} bytes instead of 16", data.len()));
+                };
+                let (step, hash) = pair.split_at(8);
+                let number = |b: &[u8]| b.first_chunk().map_or(0, |b| u64::from_le_bytes(*b));
+                let (step, due) = (number(step), self.hashes.len() as u64 + 1);
+                self.hashes.push(number(hash));
+                if step != due {
+                    return Err(format!(
+                        "where the hash of step {due} is due stands one of step {step}"
+                    ));
+                }
             }
-            _ => {}
+            _ => self.n_scans += u64::from(topic.starts_with("/cairn/scan/")),
         }
         Ok(())
     }

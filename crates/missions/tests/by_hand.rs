@@ -83,7 +83,7 @@ fn what_was_driven_by_hand_replays_bit_for_bit() {
     let mut replay = Replay::open(&path).unwrap();
     while replay.step() {}
     let report = replay.report();
-    assert!(report.is_identical() && report.interventions_refused == 0, "{report:?}");
+    assert!(report.is_identical() && report.interventions_refused.is_empty(), "{report:?}");
     assert_eq!(report.steps, 800);
     assert_eq!(replay.run().state_hash(), run.state_hash());
 }

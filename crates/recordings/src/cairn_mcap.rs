@@ -27,6 +27,7 @@ use crate::{
     Format, ReadOptions, RecordingError,
     assemble::{RawRecording, RawScan},
     complaints::{Action, Complaints, Place, Trouble},
+    integrity::Integrity,
     mcap_records::{self, Messages},
     numbers::{is_measurable, shown},
     recording::{LaserRig, Recording, Rig, RingRig, Scan, exact_pose, is_wrapped},
@@ -204,6 +205,13 @@ pub(crate) fn read(
     options: &ReadOptions<'_>,
     complaints: &mut Complaints,
 ) -> Result<RawRecording, RecordingError> {
+    // What the reader of messages finds by itself, chunk by chunk, is not said twice.
+    for damage in Integrity::of(bytes).damage {
+        if !damage.found.contains("chunk") {
+            let place = Place::Byte(damage.bytes.start);
+            complaints.add(place, Trouble::Damaged, Action::Kept, || damage.to_string());
+        }
+    }
     let robots = robots_of(mcap_records::messages(bytes));
     let robot = chosen(name, &robots, options.robot)?;
     let (rig_topic, scan_topic) = (rig_topic(&robot), scan_topic(&robot));

@@ -13,28 +13,31 @@ use std::collections::BTreeMap;
 use crate::complaints::{Action, Complaints, Place, Trouble};
 
 /// What an MCAP file begins and ends with.
-pub(crate) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+pub const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
 const CHANNEL: u8 = 0x04;
 const MESSAGE: u8 = 0x05;
-const CHUNK: u8 = 0x06;
-const DATA_END: u8 = 0x0F;
+pub(crate) const CHUNK: u8 = 0x06;
+pub(crate) const DATA_END: u8 = 0x0F;
 /// Opcode and length.
-const RECORD_HEAD: usize = 9;
+pub(crate) const RECORD_HEAD: usize = 9;
 /// Channel, sequence, two times.
 const MESSAGE_HEAD: usize = 22;
 
 /// A message and where its record begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Message<'a> {
-    pub(crate) topic: &'a str,
-    pub(crate) data: &'a [u8],
-    pub(crate) byte: usize,
+pub struct Message<'a> {
+    /// Its topic.
+    pub topic: &'a str,
+    /// Its content.
+    pub data: &'a [u8],
+    /// Where its record begins.
+    pub byte: usize,
 }
 
 /// The messages, in the order of the file; afterwards what was wrong.
 #[derive(Debug)]
-pub(crate) struct Messages<'a> {
+pub struct Messages<'a> {
     bytes: &'a [u8],
     /// Where the next record begins.
     at: usize,
@@ -46,7 +49,7 @@ pub(crate) struct Messages<'a> {
 }
 
 /// Messages of the bytes of a file that begins with [`MAGIC`].
-pub(crate) fn messages(bytes: &[u8]) -> Messages<'_> {
+pub fn messages(bytes: &[u8]) -> Messages<'_> {
     Messages {
         bytes,
         at: MAGIC.len().min(bytes.len()),
@@ -74,7 +77,7 @@ impl Messages<'_> {
     /// Steps into a chunk whose body begins at `start`; `length` is what the file says of it.
     fn enter_chunk(&mut self, start: usize, length: u64) {
         let left = &self.bytes[start..];
-        let mut head = Cursor { bytes: left, at: 0 };
+        let mut head = Fields { bytes: left, at: 0 };
         let parsed = (|| {
             head.skip(24)?;
             let crc = head.u32()?;
@@ -122,7 +125,7 @@ impl<'a> Iterator for Messages<'a> {
                 self.chunk_end = None;
             }
             let byte = self.at;
-            let mut head = Cursor { bytes: self.bytes, at: byte };
+            let mut head = Fields { bytes: self.bytes, at: byte };
             let (Some(opcode), Some(length)) = (head.u8(), head.u64()) else {
                 self.end_early("the file ends without an end record".to_owned());
                 break;
@@ -148,7 +151,7 @@ impl<'a> Iterator for Messages<'a> {
             let body = &self.bytes[start..next];
             match opcode {
                 CHANNEL => {
-                    let mut fields = Cursor { bytes: body, at: 0 };
+                    let mut fields = Fields { bytes: body, at: 0 };
                     if let (Some(id), Some(_schema), Some(topic)) =
                         (fields.u16(), fields.u16(), fields.string())
                     {
@@ -172,12 +175,12 @@ impl<'a> Iterator for Messages<'a> {
 }
 
 /// Takes little-endian fields off bytes; `None` where they end.
-struct Cursor<'a> {
-    bytes: &'a [u8],
-    at: usize,
+pub(crate) struct Fields<'a> {
+    pub(crate) bytes: &'a [u8],
+    pub(crate) at: usize,
 }
 
-impl<'a> Cursor<'a> {
+impl<'a> Fields<'a> {
     fn take(&mut self, n: usize) -> Option<&'a [u8]> {
         let end = self.at.checked_add(n)?;
         let taken = self.bytes.get(self.at..end)?;
@@ -185,11 +188,11 @@ impl<'a> Cursor<'a> {
         Some(taken)
     }
 
-    fn skip(&mut self, n: usize) -> Option<()> {
+    pub(crate) fn skip(&mut self, n: usize) -> Option<()> {
         self.take(n).map(|_| ())
     }
 
-    fn u8(&mut self) -> Option<u8> {
+    pub(crate) fn u8(&mut self) -> Option<u8> {
         self.take(1)?.first().copied()
     }
 
@@ -197,15 +200,15 @@ impl<'a> Cursor<'a> {
         self.take(2)?.first_chunk().map(|b| u16::from_le_bytes(*b))
     }
 
-    fn u32(&mut self) -> Option<u32> {
+    pub(crate) fn u32(&mut self) -> Option<u32> {
         self.take(4)?.first_chunk().map(|b| u32::from_le_bytes(*b))
     }
 
-    fn u64(&mut self) -> Option<u64> {
+    pub(crate) fn u64(&mut self) -> Option<u64> {
         self.take(8)?.first_chunk().map(|b| u64::from_le_bytes(*b))
     }
 
-    fn string(&mut self) -> Option<&'a str> {
+    pub(crate) fn string(&mut self) -> Option<&'a str> {
         let n = usize::try_from(self.u32()?).ok()?;
         std::str::from_utf8(self.take(n)?).ok()
     }

@@ -31,6 +31,8 @@ const FRAME: Duration = Duration::from_nanos(33_333_333);
 const FRAMES_PER_STATE_OF_CROWD: u64 = 3;
 /// How late a frame may be and still be made up for.
 const LATE_MAX: Duration = Duration::from_millis(150);
+/// Frames between two times at which what was recorded is written out, whatever the speed: a second.
+const FRAMES_PER_FLUSH: u64 = 30;
 /// Time over which the achieved ratio is averaged, s.
 const RATIO_MEMORY_S: f64 = 0.5;
 /// Steps of a run per second of its time.
@@ -233,6 +235,11 @@ impl Runner {
                     self.publish();
                 }
             }
+            if frame.is_multiple_of(FRAMES_PER_FLUSH)
+                && let Err(text) = self.session.flush()
+            {
+                self.recording_fails(text);
+            }
             frame_begins += FRAME;
             // A frame that came late is made up for. When the machine cannot keep up at all or was
             // asleep: start anew instead of racing.
@@ -423,13 +430,13 @@ impl Runner {
         // Casts from floats saturate.
         let step = ((t_s * STEPS_PER_SECOND).round().max(0.0) as u64).min(outline.n_steps);
         if step < self.session.run().steps() {
-            let mut show = self.show.clone();
-            self.session = Session::start(&mut show)?;
+            self.session.rewind()?;
             self.said.clear();
             self.log.clear();
             self.steps_due = 0.0;
             self.verdict_seen = false;
             self.begin();
+            self.say_notes();
         }
         self.seeks = Some(step);
         Ok(())
@@ -517,6 +524,11 @@ impl Runner {
     fn greet(&mut self) {
         self.begin();
         self.announce();
+        self.say_notes();
+    }
+
+    /// What a person should know of what is shown: where it is recorded, or what is wrong with the recording.
+    fn say_notes(&mut self) {
         let step = self.session.run().steps();
         let notes = self.session.notes().into_iter();
         self.said.extend(notes.map(|(level, text)| RunLog { step, level, text }));

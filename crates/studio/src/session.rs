@@ -84,7 +84,7 @@ impl Session {
                 Ok(Self::Live { run: Box::new(run), recorder })
             }
             Show::Replay(path) => {
-                let mut replay = Replay::open(path).map_err(|e| e.to_string())?;
+                let replay = Replay::open(path).map_err(|e| e.to_string())?;
                 let outline = replay.outline();
                 Ok(Self::Replay(Box::new(replay), outline))
             }
@@ -104,7 +104,32 @@ impl Session {
                 });
                 std::iter::once((LogLevel::Info, text)).chain(left).collect()
             }
-            _ => Vec::new(),
+            Self::Live { .. } => Vec::new(),
+            Self::Replay(replay, _) => {
+                replay.notes().into_iter().map(|note| (LogLevel::Warn, note)).collect()
+            }
+        }
+    }
+
+    /// Puts a replay back to its beginning.
+    pub(crate) fn rewind(&mut self) -> Result<(), String> {
+        match self {
+            Self::Live { .. } => Err("a run that is live has no other time".to_owned()),
+            Self::Replay(replay, _) => {
+                replay.seek(0, 0).map(|_there| ()).map_err(|e| e.to_string())
+            }
+        }
+    }
+
+    /// Writes out what was recorded; to be called once a second of real time.
+    pub(crate) fn flush(&mut self) -> Result<(), String> {
+        let Self::Live { recorder: place, .. } = self else { return Ok(()) };
+        match place.as_mut().map_or(Ok(()), |recorder| recorder.flush()) {
+            Ok(()) => Ok(()),
+            Err(error) => {
+                *place = None;
+                Err(format!("the recording stops here: {error}"))
+            }
         }
     }
 
