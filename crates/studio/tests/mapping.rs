@@ -313,14 +313,13 @@ fn one_recording_at_a_time_and_not_for_ever() {
         studio.address
     );
     std::io::Write::write_all(&mut slow, head.as_bytes()).unwrap();
+    slow.set_read_timeout(Some(std::time::Duration::from_mins(1))).unwrap();
     // Until it is heard, the other one is still taken.
-    loop {
+    let refused = (0..500).find_map(|_| {
         let (status, text) = studio.post("/map/recording?name=other.log", b"no log", Some(6));
-        if status.contains("409") {
-            assert!(text.contains("another recording is being read"), "{text}");
-            break;
-        }
-    }
+        status.contains("409").then_some(text)
+    });
+    assert!(refused.unwrap().contains("another recording is being read"));
     let mut answer = String::new();
     std::io::Read::read_to_string(&mut slow, &mut answer).unwrap();
     assert!(answer.contains("408") && answer.contains("too slowly"), "{answer}");
