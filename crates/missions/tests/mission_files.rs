@@ -370,6 +370,75 @@ fn the_template_shows_the_defaults() {
     assert_eq!(file.success.arrived[0], missions::file::ArrivedFile::default());
 }
 
+/// Every key that is no table, with the tables on the way to it; of several tables the first.
+fn leaves(value: &toml::Value, way: &[String], found: &mut Vec<(Vec<String>, toml::Value)>) {
+    match value {
+        toml::Value::Table(table) => {
+            for (key, inner) in table {
+                leaves(inner, &[way, &[key.clone()]].concat(), found);
+            }
+        }
+        toml::Value::Array(array) if array.first().is_some_and(toml::Value::is_table) => {
+            leaves(&array[0], &[way, &["[]".to_owned()]].concat(), found);
+        }
+        leaf => found.push((way.to_vec(), leaf.clone())),
+    }
+}
+
+/// A file with these tables and, in the last of them, `last` alone.
+fn nested(way: &[String], last: Option<(&str, &toml::Value)>) -> toml::Value {
+    match way {
+        [] => {
+            let pairs = last.into_iter().map(|(key, value)| (key.to_owned(), value.clone()));
+            toml::Value::Table(pairs.collect())
+        }
+        [first, rest @ ..] if first == "[]" => toml::Value::Array(vec![nested(rest, last)]),
+        [first, rest @ ..] => {
+            toml::Value::Table([(first.clone(), nested(rest, last))].into_iter().collect())
+        }
+    }
+}
+
+/// `[pheromones.link] baud = 9600` used to change the latency from 5 to 2 ms.
+#[test]
+fn a_key_that_is_set_to_its_default_changes_nothing() {
+    let template: MissionFile = toml::from_str(Mission::template()).unwrap();
+    let mut keys = Vec::new();
+    leaves(&toml::Value::try_from(&template).unwrap(), &[], &mut keys);
+    let mut n_links = 0;
+    for (way, _) in &keys {
+        let (key, tables) = way.split_last().unwrap();
+        let bare: MissionFile = nested(tables, None).try_into().unwrap();
+        let written = toml::Value::try_from(&bare).unwrap();
+        let step = |at: Option<toml::Value>, name: &String| match (at?, name.as_str()) {
+            (toml::Value::Array(array), "[]") => array.first().cloned(),
+            (table, name) => table.get(name).cloned(),
+        };
+        // What has no default is not written.
+        let Some(default) = way.iter().fold(Some(written), step) else { continue };
+        let set = nested(tables, Some((key, &default)));
+        let set: MissionFile = set.try_into().unwrap();
+        assert_eq!(set, bare, "{} = {default}", way.join("."));
+        n_links += usize::from(tables.last().is_some_and(|table| table == "link"));
+    }
+    assert_eq!((n_links, keys.len() > 100), (3 * 6, true));
+}
+
+/// The three kinds of lines, each with what a cable or a radio modem takes.
+#[test]
+fn a_baud_rate_alone_keeps_the_latency() {
+    let overrides =
+        ["pheromones.link.baud=9600", "decision.link.baud=9600", "robots.link.baud=9600"];
+    let overrides = overrides.map(str::to_owned);
+    let set = Mission::load("doorbell", &overrides).unwrap();
+    assert_eq!(set.file(), Mission::load("doorbell", &[]).unwrap().file());
+    let latency_ms =
+        |mission: &Mission| mission.file().pheromones.as_ref().unwrap().link.latency_ms;
+    assert!((latency_ms(&set) - 5.0).abs() < 1e-12);
+    let slower = Mission::load("doorbell", &["pheromones.link.baud=4800".to_owned()]).unwrap();
+    assert!((latency_ms(&slower) - 5.0).abs() < 1e-12);
+}
+
 #[test]
 fn the_guide_shows_the_template() {
     // The guide ends with the template in a block; UPDATE_EXPECT=1 brings it up to date.

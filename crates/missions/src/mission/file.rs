@@ -4,7 +4,7 @@
 //! that works; [`Mission::template`](crate::Mission::template) lists them all with their documents. What is written
 //! here is only relied on after [`Mission`](crate::Mission) has checked it.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// A whole mission file.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -482,6 +482,43 @@ impl Default for LinkFile {
     }
 }
 
+impl LinkFile {
+    /// A radio modem: a line that takes longer than a cable.
+    fn radio() -> Self {
+        Self { latency_ms: 5.0, ..Self::default() }
+    }
+}
+
+/// The keys of a link as far as they are written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LinkKeys {
+    kind: Option<String>,
+    baud: Option<u32>,
+    latency_ms: Option<f64>,
+    jitter_ms: Option<f64>,
+    loss_prob: Option<f64>,
+    corruption_prob: Option<f64>,
+    address: Option<String>,
+    device: Option<String>,
+}
+
+/// A link whose other keys are those of a radio modem, and not those of a cable.
+fn radio_link<'de, D: Deserializer<'de>>(from: D) -> Result<LinkFile, D::Error> {
+    let keys = LinkKeys::deserialize(from)?;
+    let radio = LinkFile::radio();
+    Ok(LinkFile {
+        kind: keys.kind.unwrap_or(radio.kind),
+        baud: keys.baud.unwrap_or(radio.baud),
+        latency_ms: keys.latency_ms.unwrap_or(radio.latency_ms),
+        jitter_ms: keys.jitter_ms.unwrap_or(radio.jitter_ms),
+        loss_prob: keys.loss_prob.unwrap_or(radio.loss_prob),
+        corruption_prob: keys.corruption_prob.unwrap_or(radio.corruption_prob),
+        address: keys.address.unwrap_or(radio.address),
+        device: keys.device.unwrap_or(radio.device),
+    })
+}
+
 /// `[robots.navigator]`.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
@@ -576,6 +613,7 @@ pub struct PheromonesFile {
     /// `scalar_sum`, `vector_atan2` or `listing`.
     pub perception: String,
     /// `[pheromones.link]`: the radio modem to the server.
+    #[serde(deserialize_with = "radio_link")]
     pub link: LinkFile,
 }
 
@@ -594,7 +632,7 @@ impl Default for PheromonesFile {
             antenna_spacing_m: 0.38,
             scale_ratio: 1.0,
             perception: "scalar_sum".into(),
-            link: LinkFile { latency_ms: 5.0, ..LinkFile::default() },
+            link: LinkFile::radio(),
         }
     }
 }
@@ -620,6 +658,7 @@ pub struct DecisionFile {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failed_input: Option<u8>,
     /// `[decision.link]`: the radio modem to the robot.
+    #[serde(deserialize_with = "radio_link")]
     pub link: LinkFile,
 }
 
@@ -632,7 +671,7 @@ impl Default for DecisionFile {
             robot: String::new(),
             arrived_input: None,
             failed_input: None,
-            link: LinkFile { latency_ms: 5.0, ..LinkFile::default() },
+            link: LinkFile::radio(),
         }
     }
 }
