@@ -260,28 +260,15 @@ fn answers(message: ToGround, order: ToVehicle) -> bool {
     }
 }
 
-/// The reasons that have a number of their own on the wire.
-const REASONS: [FailureReason; 10] = [
-    FailureReason::NoTrail,
-    FailureReason::NoTrailToGoal,
-    FailureReason::TrailLost,
-    FailureReason::Blocked,
-    FailureReason::Stuck,
-    FailureReason::TimedOut,
-    FailureReason::NoProgress,
-    FailureReason::LinkLost,
-    FailureReason::ServerSilent,
-    FailureReason::BadGoal,
-];
-
-/// The number that stands for a reason on the wire: 1 and up, 255 for one that has no number yet.
+/// The number that stands for a reason on the wire: its place among [`FailureReason::ALL`], from 1;
+/// 255 for one that has no number yet.
 pub fn failure_code(reason: FailureReason) -> u8 {
-    let place = REASONS.iter().position(|&known| known == reason);
+    let place = FailureReason::ALL.iter().position(|&known| known == reason);
     place.and_then(|index| u8::try_from(index + 1).ok()).unwrap_or(u8::MAX)
 }
 
 /// What a number from the wire means, for people.
 pub fn failure_text(code: u8) -> &'static str {
-    let reason = usize::from(code).checked_sub(1).and_then(|index| REASONS.get(index));
+    let reason = usize::from(code).checked_sub(1).and_then(|index| FailureReason::ALL.get(index));
     reason.map_or("a reason this station does not know", |reason| reason.as_str())
 }

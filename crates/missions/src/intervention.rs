@@ -4,6 +4,8 @@
 use geometry::{Se2, Vec2};
 use serde::{Deserialize, Serialize};
 
+use crate::cut::{Direction, Line};
+
 /// An interference from outside.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Intervention {
@@ -46,6 +48,26 @@ pub enum Intervention {
         /// Counter-clockwise, rad/s; kept in steps of 1 mrad/s.
         turn_rate_radps: f64,
     },
+    /// Cuts one of a robot's lines: nothing passes any more.
+    CutLink {
+        /// Index of the robot.
+        robot: usize,
+        /// Which line.
+        line: Line,
+        /// Which way.
+        direction: Direction,
+    },
+    /// Mends it.
+    RestoreLink {
+        /// Index of the robot.
+        robot: usize,
+        /// Which line.
+        line: Line,
+        /// Which way.
+        direction: Direction,
+    },
+    /// Ends the task of every robot for good: they stop, and take no more orders.
+    Halt,
 }
 
 /// Why an intervention was refused.
@@ -86,6 +108,15 @@ pub enum InterventionError {
         /// What is in the way.
         reason: String,
     },
+    /// The mission has no such line.
+    #[error("{robot} has no line to a pheromone server: the mission has no [pheromones]")]
+    NoSuchLine {
+        /// The robot.
+        robot: String,
+    },
+    /// Every robot was told to stand, for good.
+    #[error("the run is over: every robot was told to stand")]
+    Halted,
     /// A number that makes no sense.
     #[error("{what} must be {allowed}")]
     OutOfRange {
@@ -115,6 +146,9 @@ pub(crate) enum InterventionRecord {
     Goal { step: u64, robot: usize, x_m: f64, y_m: f64, yaw_rad: f64 },
     Stop { step: u64, robot: usize },
     Drive { step: u64, robot: usize, speed_mmps: i32, turn_rate_mradps: i32 },
+    CutLink { step: u64, robot: usize, line: Line, direction: Direction },
+    RestoreLink { step: u64, robot: usize, line: Line, direction: Direction },
+    Halt { step: u64 },
 }
 
 impl From<&RecordedIntervention> for InterventionRecord {
@@ -136,6 +170,13 @@ impl From<&RecordedIntervention> for InterventionRecord {
                 speed_mmps: thousandths(*speed_mps),
                 turn_rate_mradps: thousandths(*turn_rate_radps),
             },
+            &Intervention::CutLink { robot, line, direction } => {
+                Self::CutLink { step, robot, line, direction }
+            }
+            &Intervention::RestoreLink { robot, line, direction } => {
+                Self::RestoreLink { step, robot, line, direction }
+            }
+            Intervention::Halt => Self::Halt { step },
         }
     }
 }
@@ -161,6 +202,13 @@ impl From<InterventionRecord> for RecordedIntervention {
                     [speed_mmps, turn_rate_mradps].map(from_thousandths);
                 (step, Intervention::Drive { robot, speed_mps, turn_rate_radps })
             }
+            InterventionRecord::CutLink { step, robot, line, direction } => {
+                (step, Intervention::CutLink { robot, line, direction })
+            }
+            InterventionRecord::RestoreLink { step, robot, line, direction } => {
+                (step, Intervention::RestoreLink { robot, line, direction })
+            }
+            InterventionRecord::Halt { step } => (step, Intervention::Halt),
         };
         Self { step, intervention }
     }

@@ -23,6 +23,7 @@
 //! The same build on the same machine, given the same mission, seed and interventions, produces the
 //! same bits, whatever the number of threads.
 
+mod cut;
 mod intervention;
 mod mission;
 mod outline;
@@ -35,6 +36,7 @@ mod transport;
 mod verdict;
 mod view;
 
+pub use cut::{Direction, Line};
 pub use intervention::{Intervention, InterventionError, RecordedIntervention};
 pub use mission::{ExpectedVerdict, Mission, MissionError, SettingError, ShippedInfo, file};
 pub use outline::{Mark, Outline};

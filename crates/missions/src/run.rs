@@ -31,6 +31,7 @@ use run_context::{RunSeed, Stamp, StateHash};
 use simulator::{ThingId, World};
 
 use crate::{
+    cut::{Direction, Line},
     intervention::{Intervention, InterventionError, RecordedIntervention, to_thousandths},
     mission::{
         Mission,
@@ -67,6 +68,8 @@ const SWARM_TURNS: u64 = 50;
 const PIECE: usize = 8;
 /// Boxes that may have been put down during a run and stand there still.
 const N_BOXES_MAX: usize = 200;
+/// Steps that robots may take to come to a stand: from 1 m/s at 0.05 m/s² it takes 20 s.
+const HALT_STEPS_MAX: u64 = 3000;
 /// How long a pressed button stays pressed.
 const PRESS_STEPS: u64 = 50;
 
@@ -130,6 +133,8 @@ pub struct Run {
     judge: Judge,
     verdict: Option<Verdict>,
     next_event: usize,
+    /// The step before which everybody was told to stand.
+    halted_at: Option<u64>,
     waiting_goals: VecDeque<(usize, GoalPose)>,
     /// Sum over the steps of the way of what moved farthest, m.
     others_moved_m: f64,
@@ -189,6 +194,7 @@ impl Run {
             judge,
             verdict: None,
             next_event: 0,
+            halted_at: None,
             waiting_goals: VecDeque::new(),
             others_moved_m: 0.0,
             interventions: Vec::new(),
@@ -235,18 +241,70 @@ impl Run {
         self.world.step();
         self.steps += 1;
         self.observe();
-        if self.verdict.is_none() {
+        if self.verdict.is_none() && self.halted_at.is_none() {
             self.judge_step();
         }
     }
 
-    /// Steps until the verdict is certain, which the mission's greatest duration bounds.
+    /// Steps until the verdict is certain, which the mission's greatest duration bounds, and on until
+    /// every robot stands; see [`Run::step_to_end`].
     pub fn run_to_end(&mut self) -> &Verdict {
-        while self.verdict.is_none() {
-            self.step();
-        }
+        while self.step_to_end() {}
         // The loop ends only with a verdict.
         self.verdict.get_or_insert_with(|| Verdict::from_checks(Vec::new()))
+    }
+
+    /// Takes the next step of a run that is to come to an end; `false` when there is none to take.
+    ///
+    /// Until the verdict that is [`Run::step`], then [`Run::step_to_rest`]: the verdict does not change
+    /// any more, but no run ends with turning wheels.
+    pub fn step_to_end(&mut self) -> bool {
+        if self.verdict.is_none() {
+            self.step();
+            return true;
+        }
+        self.step_to_rest()
+    }
+
+    /// Takes the next step of a run that is to stop now, with a verdict or without: at first every robot
+    /// is told to stand, which is recorded ([`Intervention::Halt`]). `false` when all of them stand, or
+    /// when it is in vain: after 30 s the log says so.
+    ///
+    /// A robot elsewhere may need its watchdog's time; step it in real time.
+    pub fn step_to_rest(&mut self) -> bool {
+        if self.n_rolling() == 0 {
+            return false;
+        }
+        if self.halted_at.is_none() {
+            // Nothing about it can be refused.
+            let _accepted = self.apply(Intervention::Halt);
+        }
+        let halted_at = self.halted_at.unwrap_or(self.steps);
+        if self.steps - halted_at < HALT_STEPS_MAX {
+            self.step();
+            return true;
+        }
+        self.say_who_rolls();
+        false
+    }
+
+    /// How many robots do not stand, or are not known to.
+    fn n_rolling(&self) -> usize {
+        let stands = |vehicle: &&Vehicle| vehicle.stands(&self.world) != Some(true);
+        self.vehicles.iter().filter(stands).count()
+    }
+
+    fn say_who_rolls(&mut self) {
+        for i in 0..self.vehicles.len().min(N_REPORTED_MAX) {
+            let known = self.vehicles[i].stands(&self.world);
+            let text = match known {
+                Some(true) => continue,
+                Some(false) => "still rolls 30 s after it was told to stand",
+                None => "does not answer: whether it stands is not known",
+            };
+            let text = format!("{} {text}", self.vehicles[i].name);
+            self.note(LogLevel::Bad, text);
+        }
     }
 
     /// Interferes before the next step; what is accepted is recorded for replays.
@@ -348,6 +406,9 @@ impl Run {
 
     /// What the mission planned for now.
     fn happen(&mut self, now: Stamp) {
+        if self.halted_at.is_some() {
+            return;
+        }
         while let Some(event) = self.mission.parts().events.get(self.next_event) {
             if event.at > now {
                 break;
@@ -391,6 +452,11 @@ impl Run {
                     self.send_goal(robot, pose);
                 }
             }
+            Action::Link { robots, line, direction, cut } => {
+                for robot in robots {
+                    self.set_cut(robot, line, direction, cut);
+                }
+            }
             Action::Stop { robots } => robots.into_iter().for_each(|robot| self.send_stop(robot)),
             Action::PlaceBox { name, at, size_m } => {
                 if let Err(error) = self.put_box(&name, at, size_m) {
@@ -422,7 +488,24 @@ impl Run {
         self.note(LogLevel::Warn, format!("{name} is told to stop"));
     }
 
+    fn set_cut(&mut self, robot: usize, line: Line, direction: Direction, cut: bool) {
+        self.vehicles[robot].set_cut(line, direction, cut);
+        if cut {
+            self.metrics[robot].line_cut();
+        }
+        if robot < N_REPORTED_MAX {
+            let (name, what) = (&self.vehicles[robot].name, line.describe(direction));
+            let (level, done) =
+                if cut { (LogLevel::Warn, "is cut") } else { (LogLevel::Info, "is mended") };
+            let text = format!("{name}: {what} {done}");
+            self.note(level, text);
+        }
+    }
+
     fn interfere(&mut self, intervention: &Intervention) -> Result<(), InterventionError> {
+        if self.halted_at.is_some() {
+            return Err(InterventionError::Halted);
+        }
         let n_robots = self.vehicles.len();
         let check = |robot: usize| {
             let known = (robot < n_robots).then_some(());
@@ -471,6 +554,28 @@ impl Run {
                 let now = self.now();
                 self.vehicles[*robot].drive_by_hand(now, wheels);
             }
+            &Intervention::CutLink { robot, line, direction } => {
+                check(robot)?;
+                self.check_line(robot, line)?;
+                self.set_cut(robot, line, direction, true);
+            }
+            &Intervention::RestoreLink { robot, line, direction } => {
+                check(robot)?;
+                self.check_line(robot, line)?;
+                self.set_cut(robot, line, direction, false);
+            }
+            Intervention::Halt => {
+                self.halted_at = Some(self.steps);
+                self.vehicles.iter_mut().for_each(Vehicle::halt);
+                self.note(LogLevel::Info, "every robot is told to stand".to_owned());
+            }
+        }
+        Ok(())
+    }
+
+    fn check_line(&self, robot: usize, line: Line) -> Result<(), InterventionError> {
+        if line == Line::Pheromones && self.mission.parts().pheromones.is_none() {
+            return Err(InterventionError::NoSuchLine { robot: self.vehicles[robot].name.clone() });
         }
         Ok(())
     }
@@ -495,7 +600,8 @@ impl Run {
     }
 
     fn decide(&mut self, now: Stamp) {
-        let Some(decision) = &mut self.decision else { return };
+        let halted = self.halted_at.is_some();
+        let Some(decision) = self.decision.as_mut().filter(|_| !halted) else { return };
         let robot = decision.robot();
         let telemetry = robot.map_or((false, false), |r| {
             let telemetry = self.vehicles[r].telemetry();
@@ -614,6 +720,7 @@ impl Run {
             metrics: &self.metrics,
             devices: &self.devices,
             robots: &self.mission.parts().robots,
+            world: &self.world,
         };
         if let Some(verdict) = self.judge.step(&facts) {
             let level = if verdict.passed { LogLevel::Good } else { LogLevel::Bad };

@@ -109,6 +109,29 @@ fn a_swarm_arrives_without_a_scratch() {
 }
 
 #[test]
+fn a_robot_whose_line_is_cut_stops_within_its_watchdogs_way_and_reports() {
+    let summary = check("link-cut");
+    // A second until the driver misses its reports, then the ramp: 0.30 + 0.15 m, and not less.
+    let way_m = summary.figure("way_since_cut_m").unwrap();
+    assert!((0.42..0.50).contains(&way_m), "{way_m} m");
+    for direction in ["to_robot", "both"] {
+        let verdict = run("link-cut", 1, &[&format!("events[1].direction={direction}")]).verdict;
+        let verdict = verdict.unwrap();
+        assert!(verdict.passed, "{direction}: {verdict:#?}");
+    }
+}
+
+#[test]
+fn a_robot_that_loses_the_server_stands_and_reports() {
+    check("server-lost");
+    for direction in ["to_server", "from_server"] {
+        let verdict = run("server-lost", 1, &[&format!("events[1].direction={direction}")]).verdict;
+        let verdict = verdict.unwrap();
+        assert!(verdict.passed, "{direction}: {verdict:#?}");
+    }
+}
+
+#[test]
 fn without_its_navigator_the_mission_fails() {
     // The judge must be able to say no: a robot that is too slow to arrive in time.
     let slow = ["robots.navigator.speed_mps=0.06", "mission.duration_max_s=60"];

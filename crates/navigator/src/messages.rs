@@ -154,6 +154,36 @@ pub enum FailureReason {
 }
 
 impl FailureReason {
+    /// All of them.
+    pub const ALL: [Self; 10] = [
+        Self::NoTrail,
+        Self::NoTrailToGoal,
+        Self::TrailLost,
+        Self::Blocked,
+        Self::Stuck,
+        Self::TimedOut,
+        Self::NoProgress,
+        Self::LinkLost,
+        Self::ServerSilent,
+        Self::BadGoal,
+    ];
+
+    /// The word for it in files.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::NoTrail => "no_trail",
+            Self::NoTrailToGoal => "no_trail_to_goal",
+            Self::TrailLost => "trail_lost",
+            Self::Blocked => "blocked",
+            Self::Stuck => "stuck",
+            Self::TimedOut => "timed_out",
+            Self::NoProgress => "no_progress",
+            Self::LinkLost => "link_lost",
+            Self::ServerSilent => "server_silent",
+            Self::BadGoal => "bad_goal",
+        }
+    }
+
     /// A few words for people.
     pub fn as_str(self) -> &'static str {
         match self {

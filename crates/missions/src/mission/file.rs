@@ -682,13 +682,13 @@ impl Default for DecisionFile {
 pub struct EventFile {
     /// When, seconds.
     pub at_s: f64,
-    /// `press`, `release`, `goal`, `stop`, `place_box` or `remove`.
+    /// `press`, `release`, `goal`, `stop`, `place_box`, `remove`, `cut_link` or `restore_link`.
     #[serde(rename = "do")]
     pub action: String,
     /// `press`, `release`: the device.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub device: String,
-    /// `goal`, `stop`: the robot.
+    /// `goal`, `stop`, `cut_link`, `restore_link`: the robot.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub robot: String,
     /// `goal`: x, y (m), yaw (degrees).
@@ -709,6 +709,14 @@ pub struct EventFile {
     /// `remove`, `place_box`: the thing's name.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub thing: String,
+    /// `cut_link`, `restore_link`: `robot`, `pheromones` or `ground`, the other end of the line of the
+    /// robot's navigation node.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub line: String,
+    /// `cut_link`, `restore_link`: `both` unless given; one way `to_robot` or `from_robot`,
+    /// `to_server` or `from_server`, `to_ground` or `from_ground`, by the line.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub direction: String,
 }
 
 /// `[success]`: every requirement must hold.
@@ -735,6 +743,9 @@ pub struct SuccessFile {
     /// `[[success.stayed]]`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub stayed: Vec<StayedFile>,
+    /// `[[success.gave_up]]`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub gave_up: Vec<GaveUpFile>,
 }
 
 /// `[[success.arrived]]`: a robot reports arrival and truly stands there.
@@ -779,6 +790,21 @@ impl Default for ArrivedFile {
 pub struct SwitchedOnFile {
     /// The device.
     pub device: String,
+    /// Deadline, seconds; 0: the end of the mission.
+    pub by_s: f64,
+}
+
+/// `[[success.gave_up]]`: a robot reports that it gave up, and truly stands.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GaveUpFile {
+    /// The robot; for many robots of one name, all of them.
+    pub robot: String,
+    /// Why it must have given up, such as `link_lost` or `server_silent`; empty: whatever the reason.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub reason: String,
+    /// How far it may drive after one of its lines was last cut, until its next order, m; 0: any way.
+    pub way_max_m: f64,
     /// Deadline, seconds; 0: the end of the mission.
     pub by_s: f64,
 }

@@ -4,13 +4,15 @@ use std::sync::Arc;
 
 use decision::Program;
 use geometry::{Se2, Segment, Vec2};
-use navigator::NavigatorConfig;
+use navigator::{FailureReason, NavigatorConfig};
 use path_following::Path;
 use pheromones::{Field, SenseConfig};
 use robot_models::{OdometryErrors, RobotModel};
 use run_context::Stamp;
 use sensor_models::SonarModel;
 use wire::link::LinkConfig;
+
+use crate::cut::{Direction, Line};
 
 /// The static surroundings and everything in them.
 #[derive(Clone, Debug, Default)]
@@ -164,11 +166,32 @@ pub(crate) struct DecisionPlan {
 /// Something that happens.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Action {
-    Button { device: usize, pressed: bool },
-    Goal { robots: Vec<usize>, pose: GoalPose },
-    Stop { robots: Vec<usize> },
-    PlaceBox { name: String, at: Vec2, size_m: f64 },
-    Remove { name: String },
+    Button {
+        device: usize,
+        pressed: bool,
+    },
+    Goal {
+        robots: Vec<usize>,
+        pose: GoalPose,
+    },
+    Stop {
+        robots: Vec<usize>,
+    },
+    PlaceBox {
+        name: String,
+        at: Vec2,
+        size_m: f64,
+    },
+    Remove {
+        name: String,
+    },
+    /// Cuts the lines of these robots, or mends them.
+    Link {
+        robots: Vec<usize>,
+        line: Line,
+        direction: Direction,
+        cut: bool,
+    },
 }
 
 /// A pose in the map, or relative to where each robot started.
@@ -218,5 +241,11 @@ pub(crate) enum Requirement {
     Stayed {
         robots: Vec<usize>,
         within_m: f64,
+    },
+    GaveUp {
+        robots: Vec<usize>,
+        reason: Option<FailureReason>,
+        way_max_m: Option<f64>,
+        by: Stamp,
     },
 }

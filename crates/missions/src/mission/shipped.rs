@@ -32,6 +32,8 @@ pub(crate) const MISSIONS: &[ShippedMission] = shipped![
     "intermediate-goals",
     "decision-rig",
     "swarm",
+    "link-cut",
+    "server-lost",
     "artemic-e1",
     "artemic-e2",
     "artemic-e3",

@@ -1,7 +1,8 @@
 //! A robot without bytes: what a firmware and a driver would do together, for swarms of hundreds.
 //!
 //! The navigator cannot tell the difference, except that nothing is delayed, lost or rounded to
-//! millimetres.
+//! millimetres. A line that is cut has the same effects as one with bytes: the robot's watchdog stops it
+//! when it hears nothing, and a driver that hears nothing stops the robot first and says so.
 
 use std::time::Duration;
 
@@ -12,10 +13,20 @@ use run_context::{RandomStream, Stamp, StateHash};
 use sensor_models::FiringSchedule;
 use simulator::{BodyId, World};
 
+use crate::cut::{Cuts, Direction};
+
 /// Turn rate asked for per angle that is left, 1/s.
 const HEADING_GAIN_HZ: f64 = 4.0;
 /// A heading this near is reached, rad.
 const HEADING_REACHED_RAD: f64 = 0.0044;
+/// The watchdog of the robot and of the driver: as [`drivers::PioneerDriver`] and its robot have them.
+const WATCHDOG: Duration = Duration::from_secs(2);
+/// Time without a report after which the driver takes the robot for lost.
+const SILENCE_MAX: Duration = Duration::from_secs(1);
+/// Time without a sign that the robot hears after which the driver takes it for lost.
+const DEAFNESS_MAX: Duration = Duration::from_secs(3);
+/// Time for which the driver says nothing to a robot that it has lost.
+const LOST_FOR: Duration = Duration::from_millis(2500);
 /// Wheels slower than this stand, m/s.
 const STANDING_MPS: f64 = 0.001;
 
@@ -35,6 +46,12 @@ pub(super) struct DirectRobot {
     is_up: bool,
     mode: Mode,
     motors_enabled: bool,
+    cuts: Cuts,
+    /// Since when commands and reports do not arrive.
+    deaf_since: Option<Stamp>,
+    unheard_since: Option<Stamp>,
+    /// Since when the driver has taken it for lost.
+    lost_since: Option<Stamp>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,6 +79,42 @@ impl DirectRobot {
             is_up: false,
             mode: Mode::Wheels(WheelSpeeds::ZERO),
             motors_enabled: false,
+            cuts: Cuts::default(),
+            deaf_since: None,
+            unheard_since: None,
+            lost_since: None,
+        }
+    }
+
+    /// Cuts or mends the line; away is towards the robot.
+    pub(super) fn set_cut(&mut self, direction: Direction, cut: bool) {
+        self.cuts.set(direction, cut);
+    }
+
+    /// Whether the driver has the robot.
+    pub(super) fn is_connected(&self) -> bool {
+        self.is_up && self.lost_since.is_none()
+    }
+
+    /// What a cut line brings about on its two sides.
+    fn watch(&mut self, now: Stamp, observations: &mut Vec<Observation>) {
+        let since = |was: Option<Stamp>, cut: bool| cut.then(|| was.unwrap_or(now));
+        self.deaf_since = since(self.deaf_since, self.cuts.away);
+        self.unheard_since = since(self.unheard_since, self.cuts.back);
+        let over = |was: Option<Stamp>, limit| was.is_some_and(|was| now.since(was) >= limit);
+        if over(self.deaf_since, WATCHDOG) {
+            self.mode = Mode::Wheels(WheelSpeeds::ZERO);
+        }
+        let lost = over(self.deaf_since, DEAFNESS_MAX) || over(self.unheard_since, SILENCE_MAX);
+        if lost && self.lost_since.is_none() {
+            self.lost_since = Some(now);
+            if !self.cuts.away {
+                self.mode = Mode::Wheels(WheelSpeeds::ZERO);
+            }
+            observations.push(Observation { about: now, value: Sensed::LinkDown });
+        } else if !self.cuts.any() && over(self.lost_since, LOST_FOR) {
+            self.lost_since = None;
+            self.is_up = false;
         }
     }
 
@@ -83,6 +136,10 @@ impl DirectRobot {
             self.fresh |= 1 << i;
         }
         self.last_step = now;
+        self.watch(now, observations);
+        if self.cuts.back || self.lost_since.is_some() {
+            return;
+        }
         if !self.is_up {
             self.is_up = true;
             observations.push(Observation { about: now, value: Sensed::LinkUp });
@@ -111,6 +168,9 @@ impl DirectRobot {
 
     /// Does what the navigator asks of the robot.
     pub(super) fn obey(&mut self, command: &Command) {
+        if self.cuts.away || self.lost_since.is_some() {
+            return;
+        }
         match command {
             Command::Drive(wheels) => self.mode = Mode::Wheels(*wheels),
             Command::TurnTo { heading_in_odom_rad } => {

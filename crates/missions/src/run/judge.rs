@@ -6,6 +6,7 @@
 //! happen has.
 
 use run_context::Stamp;
+use simulator::World;
 
 use super::{devices::Devices, metrics::RobotMetrics, vehicle::Vehicle};
 use crate::{
@@ -28,6 +29,7 @@ pub(super) struct Facts<'a> {
     pub(super) metrics: &'a [RobotMetrics],
     pub(super) devices: &'a Devices,
     pub(super) robots: &'a [RobotPlan],
+    pub(super) world: &'a World,
 }
 
 /// Follows the requirements of a mission.
@@ -90,6 +92,16 @@ impl Item {
                 let n = robots.iter().filter(|&&r| self.stands_there(r, facts)).count();
                 Some((n as f64 >= min_ratio * robots.len() as f64, *by))
             }
+            Requirement::GaveUp { robots, reason, way_max_m, by } => {
+                let happened = |&robot: &usize| {
+                    let vehicle = &facts.vehicles[robot];
+                    vehicle.has_given_up(*reason)
+                        && vehicle.stands(facts.world) == Some(true)
+                        && way_max_m.is_none_or(|max_m| way_since_cut_m(robot, facts) <= max_m)
+                };
+                let done = matches!(self.state, State::Done(_));
+                Some((done || robots.iter().all(happened), *by))
+            }
             Requirement::SwitchedOn { device, by } => {
                 Some((facts.devices.first_on(*device).is_some_and(|t| t <= *by), *by))
             }
@@ -149,6 +161,10 @@ impl Item {
                 let text = format!("{most:.2} m from the start at most (allowed {within_m:.2} m)");
                 ("stayed", most <= *within_m, text)
             }
+            Requirement::GaveUp { robots, way_max_m, by, .. } => {
+                let done = matches!(self.state, State::Done(_));
+                ("gave up", done, self.giving_up_text(robots, *way_max_m, *by, facts))
+            }
             Requirement::SwitchedOn { device, by } => {
                 let label = facts.devices.label(*device);
                 match facts.devices.first_on(*device) {
@@ -161,6 +177,41 @@ impl Item {
             }
         };
         Check { name: name.to_owned(), passed, text }
+    }
+
+    /// Of one robot what it did, of many how many did.
+    fn giving_up_text(
+        &self,
+        robots: &[usize],
+        way_max_m: Option<f64>,
+        by: Stamp,
+        facts: &Facts<'_>,
+    ) -> String {
+        let &[robot] = robots else {
+            let n = robots.iter().filter(|&&r| facts.vehicles[r].has_given_up(None)).count();
+            return format!("{n} of {} robots gave up (wanted: all)", robots.len());
+        };
+        let vehicle = &facts.vehicles[robot];
+        let said = match (self.state, vehicle.failure()) {
+            (State::Done(t), Some(reason)) => format!("at {t} ({reason})"),
+            (State::Done(t), None) => format!("at {t}"),
+            (_, Some(reason)) => format!("for another reason or too late ({reason}; by {by})"),
+            _ => format!("not by {by}"),
+        };
+        let rest = match vehicle.stands(facts.world) {
+            Some(true) => "stands",
+            Some(false) => "still rolls",
+            None => "may roll or stand",
+        };
+        let way_m = way_since_cut_m(robot, facts);
+        let way = match way_max_m {
+            Some(max_m) if way_m.is_finite() => {
+                format!(", {way_m:.2} m after the cut (allowed {max_m:.2} m)")
+            }
+            Some(_) => ", no line was cut".to_owned(),
+            None => String::new(),
+        };
+        format!("{said}, {rest}{way}")
     }
 
     fn arrival_text(&self, robots: &[usize], facts: &Facts<'_>) -> String {
@@ -208,6 +259,11 @@ impl Item {
             turn_rad.to_degrees()
         )
     }
+}
+
+/// Way that a robot has driven since one of its lines was cut, m; infinite if none was.
+fn way_since_cut_m(robot: usize, facts: &Facts<'_>) -> f64 {
+    facts.metrics[robot].way_since_cut_m().unwrap_or(f64::INFINITY)
 }
 
 /// True distance (m) and turn (rad, ≥ 0) of a robot from where it should be.

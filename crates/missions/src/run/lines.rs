@@ -16,7 +16,10 @@ use wire::{
 };
 
 use super::{direct::DirectRobot, tap::Tap};
-use crate::transport::Transport;
+use crate::{
+    cut::{Cuts, Direction},
+    transport::{Transport, TransportError},
+};
 use drivers::{
     GroundClient, GroundStation, GroundStationEvent, PheromoneClient, PioneerDriver, failure_text,
 };
@@ -43,10 +46,58 @@ pub(super) struct WiredRobot {
 }
 
 /// A robot elsewhere.
+///
+/// When it is dropped, whatever the reason, the robot is told to stop and the session is closed.
 pub(super) struct RemoteRobot {
-    pub(super) transport: Box<dyn Transport>,
-    pub(super) driver: PioneerDriver,
-    pub(super) is_broken: bool,
+    transport: Box<dyn Transport>,
+    driver: PioneerDriver,
+    cuts: Cuts,
+    /// When bytes were exchanged last.
+    now: Stamp,
+    /// Why its line is of no use any more; taken once it has been told.
+    broken: Option<TransportError>,
+    is_broken: bool,
+}
+
+impl RemoteRobot {
+    pub(super) fn new(transport: Box<dyn Transport>, driver: PioneerDriver) -> Self {
+        let (cuts, now) = (Cuts::default(), Stamp::ZERO);
+        Self { transport, driver, cuts, now, broken: None, is_broken: false }
+    }
+
+    fn send(&mut self, now: Stamp, bytes: &[u8]) {
+        self.now = now;
+        if !self.cuts.away {
+            let sent = self.transport.send(now, bytes);
+            self.note(sent);
+        }
+    }
+
+    fn receive(&mut self, now: Stamp, into: &mut Vec<u8>) {
+        let heard = into.len();
+        let received = self.transport.receive(now, into);
+        self.note(received);
+        if self.cuts.back {
+            into.truncate(heard);
+        }
+    }
+
+    fn note(&mut self, done: Result<(), TransportError>) {
+        if let Err(error) = done
+            && !std::mem::replace(&mut self.is_broken, true)
+        {
+            self.broken = Some(error);
+        }
+    }
+}
+
+impl Drop for RemoteRobot {
+    fn drop(&mut self) {
+        let mut out = Vec::new();
+        self.driver.disconnect(self.now, &mut out);
+        // If the line is broken, the robot's own watchdog has to stop it.
+        let _unheard = self.transport.send(self.now, &out);
+    }
 }
 
 /// The line to the robot.
@@ -99,10 +150,10 @@ impl RobotLine {
                 read_along(trace, to_robot, to_navigation);
             }
             Self::Remote(robot) => {
-                let RemoteRobot { transport, driver, is_broken } = &mut **robot;
-                *is_broken |= transport.receive(now, &mut scratch.received).is_err();
-                driver.step(now, &scratch.received, &mut scratch.observations, &mut scratch.out);
-                *is_broken |= transport.send(now, &scratch.out).is_err();
+                robot.receive(now, &mut scratch.received);
+                let (observations, out) = (&mut scratch.observations, &mut scratch.out);
+                robot.driver.step(now, &scratch.received, observations, out);
+                robot.send(now, &scratch.out);
                 read_along(trace, &scratch.out, &scratch.received);
             }
         }
@@ -119,8 +170,34 @@ impl RobotLine {
             }
             Self::Remote(robot) => {
                 robot.driver.command(now, command, &mut scratch.out);
-                robot.is_broken |= robot.transport.send(now, &scratch.out).is_err();
+                robot.send(now, &scratch.out);
             }
+        }
+    }
+
+    /// Cuts or mends it; away is towards the robot.
+    pub(super) fn set_cut(&mut self, direction: Direction, cut: bool) {
+        match self {
+            Self::Wired(robot) => cut_link(&mut robot.link, direction, cut),
+            Self::Direct(robot) => robot.set_cut(direction, cut),
+            Self::Remote(robot) => robot.cuts.set(direction, cut),
+        }
+    }
+
+    /// Why the line to a robot elsewhere is of no use any more, once.
+    pub(super) fn take_break(&mut self) -> Option<TransportError> {
+        match self {
+            Self::Remote(robot) => robot.broken.take(),
+            Self::Wired(_) | Self::Direct(_) => None,
+        }
+    }
+
+    /// Whether the navigation node hears from its robot.
+    pub(super) fn is_connected(&self) -> bool {
+        match self {
+            Self::Wired(robot) => robot.driver.is_connected(),
+            Self::Direct(robot) => robot.is_connected(),
+            Self::Remote(robot) => robot.driver.is_connected() && !robot.is_broken,
         }
     }
 
@@ -140,6 +217,17 @@ impl RobotLine {
             Self::Direct(robot) => robot.absorb_state(hash),
             Self::Remote(_) => {}
         }
+    }
+}
+
+/// Cuts or mends a link whose end A is the navigation node.
+fn cut_link(link: &mut Link, direction: Direction, cut: bool) {
+    let [away, back] = direction.ways();
+    if away {
+        link.set_cut(End::A, cut);
+    }
+    if back {
+        link.set_cut(End::B, cut);
     }
 }
 
@@ -166,7 +254,7 @@ pub(super) enum ServerLine {
     /// Bytes; the server keeps one receiver per radio channel.
     Wired(Box<WiredServer>),
     /// Answers at the next step.
-    Direct { sense: SenseConfig, asked: Option<(u8, Se2)> },
+    Direct { sense: SenseConfig, asked: Option<(u8, Se2)>, cuts: Cuts },
 }
 
 impl ServerLine {
@@ -186,8 +274,10 @@ impl ServerLine {
         let Some(field) = field else { return };
         match self {
             Self::Nothing => {}
-            Self::Direct { sense, asked } => {
-                if let Some((query, pose)) = asked.take() {
+            Self::Direct { sense, asked, cuts } => {
+                if let Some((query, pose)) = asked.take()
+                    && !cuts.any()
+                {
                     let found = field.sense(pose, sense);
                     let (left, right) = (found.left, found.right);
                     let value = Sensed::Pheromones { query, left, right };
@@ -229,6 +319,15 @@ impl ServerLine {
         }
     }
 
+    /// Cuts or mends it; away is towards the server.
+    pub(super) fn set_cut(&mut self, direction: Direction, cut: bool) {
+        match self {
+            Self::Nothing => {}
+            Self::Wired(wired) => cut_link(&mut wired.link, direction, cut),
+            Self::Direct { cuts, .. } => cuts.set(direction, cut),
+        }
+    }
+
     pub(super) fn link(&self) -> Option<&Link> {
         match self {
             Self::Wired(wired) => Some(&wired.link),
@@ -256,7 +355,7 @@ pub(super) struct WiredGround {
 #[derive(Debug)]
 pub(super) enum GroundLine {
     Wired(Box<WiredGround>),
-    Direct,
+    Direct(Cuts),
 }
 
 /// What the ground knows of a robot from its telemetry.
@@ -281,8 +380,10 @@ impl GroundLine {
         trace: Option<(&mut Tap, &mut Packets)>,
     ) {
         match self {
-            Self::Direct => {
-                if let Some(order) = order {
+            Self::Direct(cuts) => {
+                if let Some(order) = order
+                    && !cuts.back
+                {
                     let value = Sensed::Ground(match order {
                         GroundOrder::GoTo(pose) => {
                             GroundCommand::GoTo { goal_in_map: Transform2::new(pose) }
@@ -324,7 +425,8 @@ impl GroundLine {
         scratch: &mut Scratch,
     ) {
         match self {
-            Self::Direct => match command {
+            Self::Direct(Cuts { away: true, .. }) => {}
+            Self::Direct(_) => match command {
                 Command::Report(Report::Arrived) => telemetry.arrived = true,
                 Command::Report(Report::Failed(reason)) => {
                     telemetry.failed = true;
@@ -340,10 +442,18 @@ impl GroundLine {
         }
     }
 
+    /// Cuts or mends it; away is towards the ground.
+    pub(super) fn set_cut(&mut self, direction: Direction, cut: bool) {
+        match self {
+            Self::Wired(wired) => cut_link(&mut wired.link, direction, cut),
+            Self::Direct(cuts) => cuts.set(direction, cut),
+        }
+    }
+
     pub(super) fn link(&self) -> Option<&Link> {
         match self {
             Self::Wired(wired) => Some(&wired.link),
-            Self::Direct => None,
+            Self::Direct(_) => None,
         }
     }
 }

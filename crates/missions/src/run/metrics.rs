@@ -47,6 +47,9 @@ pub(super) struct RobotMetrics {
     pub(super) energy_jpkg: f64,
     goal_step: Option<u64>,
     pub(super) arrival_step: Option<u64>,
+    /// The way driven when one of its lines was last cut, and when it was given its next order, m.
+    cut_at_m: Option<f64>,
+    sent_on_at_m: Option<f64>,
 }
 
 /// The distance to the nearest surface, measured only when it matters: between two measurements it can
@@ -95,6 +98,8 @@ impl RobotMetrics {
             energy_jpkg: 0.0,
             goal_step: None,
             arrival_step: None,
+            cut_at_m: None,
+            sent_on_at_m: None,
         }
     }
 
@@ -211,6 +216,19 @@ impl RobotMetrics {
     pub(super) fn goal_given(&mut self, step: u64) {
         self.goal_step = Some(step);
         self.arrival_step = None;
+        self.sent_on_at_m.get_or_insert(self.path_length_m);
+    }
+
+    /// One of its lines was cut.
+    pub(super) fn line_cut(&mut self) {
+        self.cut_at_m = Some(self.path_length_m);
+        self.sent_on_at_m = None;
+    }
+
+    /// The way driven since one of its lines was last cut, until its next order, m; `None` if none was.
+    pub(super) fn way_since_cut_m(&self) -> Option<f64> {
+        let until_m = self.sent_on_at_m.unwrap_or(self.path_length_m);
+        self.cut_at_m.map(|cut_at_m| until_m - cut_at_m)
     }
 
     /// Whether the robot stands at its goal.

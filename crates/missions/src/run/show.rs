@@ -138,6 +138,10 @@ pub(super) fn summary(run: &Run) -> Summary {
         robot_figures(run, m, &mut figures);
         link_figures(run, vehicle, &mut figures);
     }
+    if !run.vehicles.is_empty() {
+        let rolling = Some(run.n_rolling() as f64);
+        figures.push(figure("rolling_robots", rolling, "robots that do not stand, or may not"));
+    }
     if run.vehicles.len() > 1 {
         let arrived = run.vehicles.iter().filter(|v| v.has_arrived()).count();
         figures.push(figure("arrived_robots", Some(arrived as f64), "robots that report arrival"));
@@ -170,6 +174,11 @@ fn robot_figures(run: &Run, m: &RobotMetrics, figures: &mut Vec<Figure>) {
         figure("arrival_s", arrival_s, "when the first robot reported arrival"),
         figure("drive_time_s", Some(m.drive_time_s(run.steps)), "from its goal to its arrival"),
         figure("path_length_m", Some(m.path_length_m), "way driven"),
+        figure(
+            "way_since_cut_m",
+            m.way_since_cut_m(),
+            "way after a line was cut, until the next order",
+        ),
         figure("contacts", Some(contacts as f64), "contacts of all robots"),
         figure("clearance_min_m", finite(clearance), "least distance of any robot to anything"),
         figure(

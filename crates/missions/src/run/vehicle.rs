@@ -7,7 +7,9 @@ use drivers::{
     PheromoneClientConfig, PioneerDriver, PioneerDriverConfig, PioneerSettings,
 };
 use geometry::Transform2;
-use navigator::{Command, Navigator, Phase, RobotStatus, Sensed};
+use navigator::{
+    Command, FailureReason, GroundCommand, Navigator, Observation, Phase, RobotStatus, Sensed,
+};
 use pheromones::{Field, ServerConfig};
 use robot_models::WheelSpeeds;
 use run_context::{RunSeed, Stamp, StateHash};
@@ -29,6 +31,7 @@ use super::{
     teleoperator::Teleoperator,
 };
 use crate::{
+    cut::{Cuts, Direction, Line},
     mission::{
         Mission,
         plan::{LinkPlan, RobotPlan},
@@ -40,6 +43,9 @@ use crate::{
 /// What a control cycle takes beside its dialogue with the pheromone server, ms: about 6000
 /// instructions of the thesis's 16 MIPS microcontroller for the fuzzy step, odometry and two frames.
 const CYCLE_WORK_MS: f64 = 0.4;
+
+/// Wheels slower than this stand, m/s.
+const STANDING_MPS: f64 = 0.001;
 
 /// One robot with its nodes.
 #[derive(Debug)]
@@ -63,7 +69,11 @@ pub(super) struct Vehicle {
     telemetry: Telemetry,
     status: Option<RobotStatus>,
     last_phase: Phase,
-    news: Option<(LogLevel, String)>,
+    news: Vec<(LogLevel, String)>,
+    /// Takes no more orders.
+    halts: Halt,
+    /// Its driver has lost it and not found it again.
+    is_lost: bool,
     asked_at: Option<(u8, Stamp)>,
     cycle_max_ms: Option<f64>,
     commands: Vec<Command>,
@@ -113,7 +123,9 @@ impl Vehicle {
             telemetry: Telemetry::default(),
             status: None,
             last_phase: Phase::Idle,
-            news: None,
+            news: Vec::new(),
+            halts: Halt::No,
+            is_lost: false,
             asked_at: None,
             cycle_max_ms: None,
             commands: Vec::with_capacity(16),
@@ -123,8 +135,12 @@ impl Vehicle {
         })
     }
 
-    /// Gives an order to the ground's end of the ground link; it leaves at the next step.
+    /// Gives an order to the ground's end of the ground link; it leaves at the next step. A robot that was
+    /// halted takes none.
     pub(super) fn order(&mut self, order: GroundOrder) {
+        if self.halts != Halt::No {
+            return;
+        }
         self.order = Some(order);
         self.order_under_way = true;
         self.telemetry = Telemetry::default();
@@ -142,6 +158,39 @@ impl Vehicle {
         self.hand.feel(now, wheels);
     }
 
+    /// Ends its task for good: its mind stops it at the next step and obeys nobody any more.
+    pub(super) fn halt(&mut self) {
+        self.halts = Halt::Due;
+        self.order = None;
+        self.order_under_way = false;
+        self.hand.let_go();
+        if let Some(person) = self.teleoperator.as_mut().filter(|person| !person.has_driven_all()) {
+            person.let_go();
+        }
+    }
+
+    /// Cuts or mends one of its lines.
+    pub(super) fn set_cut(&mut self, line: Line, direction: Direction, cut: bool) {
+        match line {
+            Line::Robot => self.robot.set_cut(direction, cut),
+            Line::Pheromones => self.server.set_cut(direction, cut),
+            Line::Ground => self.ground.set_cut(direction, cut),
+        }
+    }
+
+    /// Whether its wheels stand; `None` when nobody knows, which is so of a robot elsewhere that is not
+    /// heard.
+    pub(super) fn stands(&self, world: &World) -> Option<bool> {
+        if let Some(body) = self.body {
+            let wheels = world.body(body).wheel_speeds;
+            return Some(
+                [wheels.left_mps, wheels.right_mps].iter().all(|v| v.abs() < STANDING_MPS),
+            );
+        }
+        let status = self.status.filter(|_| self.robot.is_connected())?;
+        Some(!status.moving)
+    }
+
     /// One step of all its nodes. Reads the world, changes only itself.
     pub(super) fn step(&mut self, now: Stamp, world: &World, field: Option<&Field>) {
         let Self { robot, server, ground, commands, scratch, taps, .. } = self;
@@ -155,11 +204,19 @@ impl Vehicle {
         server.observe(now, field, scratch, server_tap);
         let order = self.order.take();
         ground.observe(now, order, &mut self.telemetry, scratch, ground_tap);
+        if self.halts == Halt::Due && is_busy(self.navigator.phase()) {
+            let value = Sensed::Ground(GroundCommand::Stop);
+            scratch.observations.push(Observation { about: now, value });
+        }
         self.navigator.step(now, &scratch.observations, commands);
         if let (Some(person), Some(body)) = (&mut self.teleoperator, self.body) {
             person.step(now, world.body(body).world_from_base.se2(), commands);
         }
         self.hand.step(now, commands);
+        if self.halts == Halt::Due {
+            self.halts = Halt::Done;
+            commands.push(Command::Stop);
+        }
         for command in &*commands {
             robot.command(now, command, scratch);
             server.command(now, command, scratch);
@@ -186,6 +243,12 @@ impl Vehicle {
             match observation.value {
                 Sensed::Robot(status) => self.status = Some(status),
                 Sensed::Ground(_) => self.order_under_way = false,
+                Sensed::LinkDown | Sensed::LinkUp => {
+                    let is_lost = observation.value == Sensed::LinkDown;
+                    if std::mem::replace(&mut self.is_lost, is_lost) != is_lost {
+                        self.news.push(link_news(&self.name, is_lost));
+                    }
+                }
                 Sensed::Pheromones { query, .. } => {
                     if let Some((asked, at)) = self.asked_at
                         && asked == query
@@ -196,7 +259,6 @@ impl Vehicle {
                         self.asked_at = None;
                     }
                 }
-                _ => {}
             }
         }
         for command in &self.commands {
@@ -208,10 +270,13 @@ impl Vehicle {
 
     /// Puts a change of phase into words.
     fn tell(&mut self) {
+        if let Some(error) = self.robot.take_break() {
+            self.news.push((LogLevel::Bad, format!("{}: {error}", self.name)));
+        }
         let by_hand = self.hand.take_news();
         let led = || self.teleoperator.as_mut().and_then(Teleoperator::take_news);
         if let Some(text) = by_hand.or_else(led) {
-            self.news = Some((LogLevel::Info, format!("{}: {text}", self.name)));
+            self.news.push((LogLevel::Info, format!("{}: {text}", self.name)));
             return;
         }
         let phase = self.navigator.phase();
@@ -227,12 +292,12 @@ impl Vehicle {
             }
             _ => (LogLevel::Info, phase.name().to_owned()),
         };
-        self.news = Some((level, format!("{}: {text}", self.name)));
+        self.news.push((level, format!("{}: {text}", self.name)));
     }
 
-    /// The news of this step.
+    /// The oldest news that was not told yet.
     pub(super) fn take_news(&mut self) -> Option<(LogLevel, String)> {
-        self.news.take()
+        (!self.news.is_empty()).then(|| self.news.remove(0))
     }
 
     /// Whether it stands at the goal of the last order, by its own account, or was driven to the end of its path
@@ -261,6 +326,12 @@ impl Vehicle {
     /// What it sensed in the last step.
     pub(super) fn ring_log(&self) -> &RingLog {
         &self.ring_log
+    }
+
+    /// Whether it gave up for that reason, or for any, and the ground knows.
+    pub(super) fn has_given_up(&self, reason: Option<FailureReason>) -> bool {
+        let Phase::Failed(why) = self.navigator.phase() else { return false };
+        self.telemetry.failed && reason.is_none_or(|reason| reason == why)
     }
 
     /// Why it gave up, if it did.
@@ -349,6 +420,28 @@ impl Vehicle {
     }
 }
 
+/// Whether somebody ended its task for good.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Halt {
+    No,
+    Due,
+    Done,
+}
+
+/// Whether a navigator may move its robot.
+fn is_busy(phase: Phase) -> bool {
+    !matches!(phase, Phase::Idle | Phase::Arrived | Phase::Failed(_))
+}
+
+fn link_news(name: &str, is_lost: bool) -> (LogLevel, String) {
+    if is_lost {
+        let text = "does not answer any more: told to stop, and left alone until its watchdog has";
+        (LogLevel::Bad, format!("{name} {text} stopped it"))
+    } else {
+        (LogLevel::Info, format!("{name} answers again"))
+    }
+}
+
 /// The line of a ground station when no decision node is wired to the robot: a radio modem, or
 /// direct where the robot's own link is.
 fn default_ground_link(plan: &RobotPlan) -> LinkPlan {
@@ -395,7 +488,7 @@ fn robot_line(plan: &RobotPlan, seed: RunSeed) -> Result<RobotLine, RunError> {
     };
     let remote = |transport: Box<dyn Transport>| {
         let driver = driver(LineTiming::default());
-        RobotLine::Remote(Box::new(RemoteRobot { transport, driver, is_broken: false }))
+        RobotLine::Remote(Box::new(RemoteRobot::new(transport, driver)))
     };
     Ok(match &plan.link {
         LinkPlan::Direct => {
@@ -432,7 +525,8 @@ fn robot_line(plan: &RobotPlan, seed: RunSeed) -> Result<RobotLine, RunError> {
 fn server_line(mission: &Mission, index: usize, seed: RunSeed) -> Result<ServerLine, String> {
     let Some(plan) = &mission.parts().pheromones else { return Ok(ServerLine::Nothing) };
     let LinkPlan::Memory(config) = &plan.link else {
-        return Ok(ServerLine::Direct { sense: plan.sense, asked: None });
+        let cuts = Cuts::default();
+        return Ok(ServerLine::Direct { sense: plan.sense, asked: None, cuts });
     };
     let name = &mission.parts().robots[index].name;
     let rng = seed.stream(&format!("link/{name}/pheromones"));
@@ -452,7 +546,7 @@ fn server_line(mission: &Mission, index: usize, seed: RunSeed) -> Result<ServerL
 }
 
 fn ground_line(link: &LinkPlan, plan: &RobotPlan, seed: RunSeed) -> Result<GroundLine, String> {
-    let LinkPlan::Memory(config) = link else { return Ok(GroundLine::Direct) };
+    let LinkPlan::Memory(config) = link else { return Ok(GroundLine::Direct(Cuts::default())) };
     let rng = seed.stream(&format!("link/{}/ground", plan.name));
     Ok(GroundLine::Wired(Box::new(WiredGround {
         link: Link::new(config, rng).map_err(|e| e.to_string())?,

@@ -1,5 +1,6 @@
 //! Checks of `[decision]`, `[[events]]` and `[success]`.
 
+use navigator::FailureReason;
 use run_context::Stamp;
 
 use super::super::{
@@ -10,6 +11,8 @@ use super::super::{
         RobotPlan,
     },
 };
+use crate::cut::{Direction, Line};
+
 use super::{Checked, N_SIMULATED_LINKS, choose, link, named, point, pose, range, seconds};
 
 /// Greatest coordinate of a goal that a link with bytes carries, metres: 32 767 mm, rounded down.
@@ -96,10 +99,32 @@ pub(super) fn events(
     devices: &[DevicePlan],
     robots: &[RobotPlan],
 ) -> Checked<Vec<EventPlan>> {
-    let check = |(i, e): (usize, &EventFile)| event(&format!("events[{i}]"), e, devices, robots);
+    let has_server = file.pheromones.is_some();
+    let check = |(i, e): (usize, &EventFile)| {
+        event(&format!("events[{i}]"), e, devices, robots, has_server)
+    };
     let mut events = file.events.iter().enumerate().map(check).collect::<Checked<Vec<_>>>()?;
     events.sort_by_key(|e| e.at);
     Ok(events)
+}
+
+/// `cut_link`, `restore_link`: the robots, the line, which way.
+fn link_event(
+    key: &str,
+    file: &EventFile,
+    robots: &[RobotPlan],
+    has_server: bool,
+) -> Checked<(Vec<usize>, Line, Direction)> {
+    let at = |name: &str| format!("{key}.{name}");
+    let line = Line::ALL[choose(&at("line"), &file.line, &Line::ALL.map(Line::name))?];
+    if line == Line::Pheromones && !has_server {
+        let allowed = "`robot` or `ground`, because the mission has no [pheromones]";
+        return Err(Wrong::new(at("line"), &file.line, allowed));
+    }
+    let names = line.direction_names();
+    let direction = if file.direction.is_empty() { names[0] } else { &file.direction };
+    let direction = Direction::ALL[choose(&at("direction"), direction, &names)?];
+    Ok((robots_named(key, &file.robot, robots)?, line, direction))
 }
 
 fn event(
@@ -107,9 +132,11 @@ fn event(
     file: &EventFile,
     devices: &[DevicePlan],
     robots: &[RobotPlan],
+    has_server: bool,
 ) -> Checked<EventPlan> {
     let at_s = range(format!("{key}.at_s"), file.at_s, 0.0..=86_400.0, "from 0 to 86400 s")?;
-    let kinds = ["press", "release", "goal", "stop", "place_box", "remove"];
+    let kinds =
+        ["press", "release", "goal", "stop", "place_box", "cut_link", "restore_link", "remove"];
     let kind = choose(&format!("{key}.do"), &file.action, &kinds)?;
     let action = match kind {
         0 | 1 => {
@@ -137,6 +164,10 @@ fn event(
                 at: point(format!("{key}.at_m"), at)?,
                 size_m: range(format!("{key}.size_m"), size, 0.05..=3.0, "from 0.05 to 3 m")?,
             }
+        }
+        5 | 6 => {
+            let (robots, line, direction) = link_event(key, file, robots, has_server)?;
+            Action::Link { robots, line, direction, cut: kind == 5 }
         }
         _ if file.thing.is_empty() => {
             return Err(Wrong::new(format!("{key}.thing"), "", "the name of a thing"));
@@ -188,6 +219,15 @@ fn goal_fits_the_link<'a>(
     Err(Wrong::prose(format!("{key}.{name}"), "a goal farther away", allowed))
 }
 
+/// Why a robot gives up; nothing stands for any reason.
+fn reason(key: &str, name: &str) -> Checked<Option<FailureReason>> {
+    if name.is_empty() {
+        return Ok(None);
+    }
+    let index = choose(key, name, &FailureReason::ALL.map(FailureReason::key))?;
+    Ok(FailureReason::ALL.get(index).copied())
+}
+
 /// `[success]`.
 pub(super) fn success(
     file: &MissionFile,
@@ -231,6 +271,18 @@ pub(super) fn success(
                 0.001..=100.0,
                 "from 0.001 to 100 m",
             )?,
+        });
+    }
+    for (i, g) in success.gave_up.iter().enumerate() {
+        let key = format!("success.gave_up[{i}]");
+        let at = |name: &str| format!("{key}.{name}");
+        let by_s = range(at("by_s"), g.by_s, 0.0..=86_400.0, "from 0 to 86400 s")?;
+        let way_max_m = range(at("way_max_m"), g.way_max_m, 0.0..=1000.0, "from 0 to 1000 m")?;
+        all.push(Requirement::GaveUp {
+            robots: robots_named(&key, &g.robot, robots)?,
+            reason: reason(&at("reason"), &g.reason)?,
+            way_max_m: (way_max_m > 0.0).then_some(way_max_m),
+            by: Stamp::ZERO + seconds(deadline(by_s)),
         });
     }
     all.extend(success.moves_sent.map(Requirement::MovesSent));
