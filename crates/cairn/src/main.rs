@@ -13,6 +13,7 @@ mod explain;
 mod given;
 mod graph;
 mod input;
+mod interrupt;
 mod map;
 mod missions;
 mod output;

@@ -14,7 +14,11 @@ use run_context::RunSeed;
 use studio::{Options, Recordings, Show};
 
 use crate::output::{self, Format, say};
-use crate::{given, parse};
+use crate::{
+    given,
+    interrupt::{self, Interrupt},
+    parse,
+};
 
 /// The mission that is run when nothing is asked for.
 const FIRST_MISSION: &str = "doorbell";
@@ -30,7 +34,8 @@ const STEPS_PER_LOOK: u64 = 500;
     cairn run my-flat.toml --headless --record out.mcap\n  cairn run doorbell --headless --set robots.navigator.speed_mps=0.2 --verbose\n  \
     cairn missions doorbell | cairn run - --headless --quiet\n\n\
     With a robot behind TCP or a serial line even a headless run takes real time.\n\
-    A headless run ends with exit code 0 when the verdict is passed, 1 when it is failed, 2 on an error."
+    A headless run ends with exit code 0 when the verdict is passed, 1 when it is failed, 2 on an error, and\n\
+    130 after Ctrl-C. Whatever ends it, the robots are told to stand first."
 )]
 #[expect(clippy::struct_excessive_bools, reason = "switches of a command line are what they are")]
 pub(crate) struct Args {
@@ -120,8 +125,8 @@ fn headless(
         );
     }
     let mut events = Vec::new();
-    while run.finished().is_none() {
-        run.step();
+    let interrupt = Interrupt::listen()?;
+    while if interrupt.happened() { run.step_to_rest() } else { run.step_to_end() } {
         if let Some(next) = &mut pace {
             wait_for_tick(next);
         }
@@ -154,6 +159,10 @@ fn headless(
             }
             say!("{object}");
         }
+    }
+    if summary.verdict.is_none() {
+        eprintln!("cairn: interrupted before there was a verdict");
+        return Ok(ExitCode::from(interrupt::EXIT_CODE));
     }
     let passed = summary.verdict.is_some_and(|verdict| verdict.passed);
     Ok(if passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })

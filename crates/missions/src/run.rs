@@ -70,6 +70,8 @@ const PIECE: usize = 8;
 const N_BOXES_MAX: usize = 200;
 /// Steps that robots may take to come to a stand: from 1 m/s at 0.05 m/s² it takes 20 s.
 const HALT_STEPS_MAX: u64 = 3000;
+/// Steps for which a robot that is not heard is waited for: more than its watchdog takes.
+const UNKNOWN_STEPS_MAX: u64 = 400;
 /// How long a pressed button stays pressed.
 const PRESS_STEPS: u64 = 50;
 
@@ -268,9 +270,9 @@ impl Run {
 
     /// Takes the next step of a run that is to stop now, with a verdict or without: at first every robot
     /// is told to stand, which is recorded ([`Intervention::Halt`]). `false` when all of them stand, or
-    /// when it is in vain: after 30 s the log says so.
+    /// when it is in vain, after 30 s or, when a robot elsewhere is not heard, 4 s: the log says so.
     ///
-    /// A robot elsewhere may need its watchdog's time; step it in real time.
+    /// Where a robot is elsewhere, step it in real time.
     pub fn step_to_rest(&mut self) -> bool {
         if self.n_rolling() == 0 {
             return false;
@@ -280,12 +282,21 @@ impl Run {
             let _accepted = self.apply(Intervention::Halt);
         }
         let halted_at = self.halted_at.unwrap_or(self.steps);
-        if self.steps - halted_at < HALT_STEPS_MAX {
+        let rolls = |vehicle: &Vehicle| vehicle.stands(&self.world) == Some(false);
+        let any_rolls = self.vehicles.iter().any(rolls);
+        let n_steps_max = if any_rolls { HALT_STEPS_MAX } else { UNKNOWN_STEPS_MAX };
+        if self.steps - halted_at < n_steps_max {
             self.step();
             return true;
         }
         self.say_who_rolls();
         false
+    }
+
+    /// Tells robots elsewhere to stand, now: for whoever is about to call [`Run::step`] no more, or not for
+    /// a while. They go on with their task at the next step; simulated ones stand while time does.
+    pub fn hold_robots_elsewhere(&mut self) {
+        self.vehicles.iter_mut().for_each(Vehicle::hold);
     }
 
     /// How many robots do not stand, or are not known to.
@@ -299,7 +310,7 @@ impl Run {
             let known = self.vehicles[i].stands(&self.world);
             let text = match known {
                 Some(true) => continue,
-                Some(false) => "still rolls 30 s after it was told to stand",
+                Some(false) => "still rolls, long after it was told to stand",
                 None => "does not answer: whether it stands is not known",
             };
             let text = format!("{} {text}", self.vehicles[i].name);

@@ -210,12 +210,17 @@ impl Navigator {
             self.follow_path_step(now, at_end, commands);
             return;
         }
+        self.stand_without_answers(now, commands);
+        self.own_wanted = true;
+    }
+
+    /// Stands when the server has been silent for too long.
+    fn stand_without_answers(&mut self, now: Stamp, commands: &mut Vec<Command>) {
         // A question is asked once a period, so an answer is up to a period and a round trip old.
         let missing = ANSWER_MISSING.max(self.config.period + ANSWER_ROUND_TRIP);
         if now.since(self.last_own_at) > missing {
             self.stop_wheels(commands);
         }
-        self.own_wanted = true;
     }
 
     /// The server's answer about the robot's own pose: one step of the trail law.
@@ -266,6 +271,7 @@ impl Navigator {
             self.aim_at_trail(now);
             return;
         }
+        self.stand_without_answers(now, commands);
         self.own_wanted = true;
     }
 

@@ -347,6 +347,7 @@ impl Runner {
         if verdict_falls || !more {
             self.playing = false;
             self.steps_due = 0.0;
+            self.session.hold();
         }
         more && !verdict_falls
     }
@@ -371,7 +372,10 @@ impl Runner {
                 self.playing = true;
                 self.pace_afresh();
             }
-            Request::Pause => self.playing = false,
+            Request::Pause => {
+                self.playing = false;
+                self.session.hold();
+            }
             Request::Step => {
                 self.playing = false;
                 for _ in 0..STEPS_PER_CLICK {
@@ -379,6 +383,7 @@ impl Runner {
                         break;
                     }
                 }
+                self.session.hold();
             }
             Request::Speed { ratio } => {
                 if !SPEED_RATIO.contains(&ratio) {

@@ -199,13 +199,28 @@ impl Session {
         }
     }
 
-    /// Completes the recording, if there is one; its path.
-    pub(crate) fn finish(self) -> Result<Option<PathBuf>, String> {
-        match self {
-            Self::Live { run, recorder: Some(recorder) } => {
-                recorder.finish(&run).map(Some).map_err(|error| error.to_string())
-            }
-            _ => Ok(None),
+    /// Tells robots elsewhere to stand: nobody will step the run for a while.
+    pub(crate) fn hold(&mut self) {
+        if let Self::Live { run, .. } = self {
+            run.hold_robots_elsewhere();
         }
+    }
+
+    /// Brings every robot to a stand and completes the recording, if there is one; its path. In real time
+    /// where a robot is elsewhere.
+    pub(crate) fn finish(self) -> Result<Option<PathBuf>, String> {
+        let Self::Live { mut run, mut recorder } = self else { return Ok(None) };
+        let is_real = run.mission().has_real_robot();
+        while (is_real || recorder.is_some()) && run.step_to_rest() {
+            if is_real {
+                std::thread::sleep(missions::STEP);
+            }
+            if let Some(recorder) = &mut recorder {
+                let said = run.drain_log();
+                recorder.record(&run, &said).map_err(|error| error.to_string())?;
+            }
+        }
+        let path = recorder.map(|recorder| recorder.finish(&run)).transpose();
+        path.map_err(|error| error.to_string())
     }
 }

@@ -24,6 +24,9 @@ use drivers::{
     GroundClient, GroundStation, GroundStationEvent, PheromoneClient, PioneerDriver, failure_text,
 };
 
+/// STOPs for a robot that will hear nothing for a while: one may be lost.
+const N_HOLDS: usize = 3;
+
 /// Packets read along on a line, waiting to be fetched: receiving node, bytes, text.
 pub(super) type Packets = Vec<(&'static str, Vec<u8>, String)>;
 
@@ -172,6 +175,18 @@ impl RobotLine {
                 robot.driver.command(now, command, &mut scratch.out);
                 robot.send(now, &scratch.out);
             }
+        }
+    }
+
+    /// Tells a robot elsewhere to stand. Its driver will not know: to it no time passes.
+    pub(super) fn hold(&mut self) {
+        if let Self::Remote(robot) = self {
+            let mut out = Vec::new();
+            for _ in 0..N_HOLDS {
+                let packed = wire::arcos::Command::Stop.encode(&mut out);
+                debug_assert!(packed.is_ok(), "a packet without argument always fits");
+            }
+            robot.send(robot.now, &out);
         }
     }
 

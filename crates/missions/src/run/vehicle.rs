@@ -169,6 +169,11 @@ impl Vehicle {
         }
     }
 
+    /// If it is elsewhere: tells it to stand, at once.
+    pub(super) fn hold(&mut self) {
+        self.robot.hold();
+    }
+
     /// Cuts or mends one of its lines.
     pub(super) fn set_cut(&mut self, line: Line, direction: Direction, cut: bool) {
         match line {
