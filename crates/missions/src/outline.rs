@@ -47,6 +47,9 @@ pub(crate) fn outline(
             Action::Stop { .. } => "a stop is ordered".to_owned(),
             Action::PlaceBox { name, .. } => format!("{name} is put down"),
             Action::Remove { name } => format!("{name} is taken away"),
+            Action::Link { cut, .. } => {
+                (if *cut { "a line is cut" } else { "a line is mended" }).to_owned()
+            }
         },
     });
     let mut last_drive: Option<u64> = None;
@@ -58,6 +61,9 @@ pub(crate) fn outline(
             Intervention::RemoveThing { .. } => "a box taken away".to_owned(),
             Intervention::SendGoal { robot, .. } => format!("a goal for robot {robot}"),
             Intervention::Stop { robot } => format!("robot {robot} stopped"),
+            Intervention::CutLink { robot, .. } => format!("a line of robot {robot} cut"),
+            Intervention::RestoreLink { robot, .. } => format!("a line of robot {robot} mended"),
+            Intervention::Halt => "all robots stopped".to_owned(),
             Intervention::Drive { robot, .. } => {
                 let goes_on = last_drive.is_some_and(|last| step - last < HAND_PAUSE_STEPS);
                 last_drive = Some(*step);
