@@ -11,6 +11,7 @@
 //! | an outline | [`Polygon`] |
 //! | a curve of constant radius | [`Arc`] |
 //! | everything that does not move, to be asked millions of times | [`SegmentWorld`] |
+//! | what is in sight within a cone, however thin | [`Cone`] |
 //!
 //! ```
 //! use geometry::{Ray, RayCaster, Segment, SegmentWorld, Vec2};
@@ -24,6 +25,7 @@
 
 mod aabb;
 mod arc;
+mod cone;
 pub mod frames;
 mod polygon;
 mod rays;
@@ -33,6 +35,7 @@ mod segment_world;
 
 pub use aabb::Aabb;
 pub use arc::Arc;
+pub use cone::{Cone, ConeScene, ConeView, Piece, Sighting};
 pub use frames::{Base, Map, Odom, Sensor, Transform2, World};
 pub use polygon::{Polygon, PolygonError};
 pub use rays::{Ray, RayCaster, RayHit};

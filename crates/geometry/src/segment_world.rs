@@ -38,11 +38,14 @@ mod merge;
 mod parts;
 mod probe;
 
-use crate::{Aabb, Ray, RayCaster, RayHit, Segment, Vec2};
+use crate::{Aabb, ConeScene, ConeView, Ray, RayCaster, RayHit, Segment, Vec2};
 use bvh::Bvh;
 use grid::Grid;
 use parts::Nearest;
 use probe::Probe;
+
+/// With so many blocks a world counts as a scanned map, in which cones show crowds of them.
+const CROWDED_FROM: usize = 1000;
 
 /// Walls and solid squares, indexed for queries.
 ///
@@ -181,6 +184,21 @@ impl RayCaster for SegmentWorld {
             None => self.bvh.cast(&probe, &mut nearest),
         }
         parts.hit(&probe, &nearest)
+    }
+}
+
+impl ConeScene for SegmentWorld {
+    /// Scanned maps are.
+    fn is_crowded(&self) -> bool {
+        self.bvh.parts().blocks.len() >= CROWDED_FROM
+    }
+
+    /// Walks the hierarchy from near to far, and not behind a front that is closed: about O(log n)
+    /// for each surface in sight.
+    fn show(&self, view: &mut ConeView) {
+        if view.wants_crowds() || !self.is_crowded() {
+            self.bvh.show(view);
+        }
     }
 }
 

@@ -1,25 +1,29 @@
 //! A sonar: a cone of sound, the nearest echo that is strong enough, and all that goes wrong.
 //!
-//! Rays fan out over the cone. Each that hits a surface has an echo whose strength is the beam's
-//! sensitivity at its angle, times what the material sends back at that incidence, times the
-//! fluctuation of the ping. The receiver's threshold grows with range. The nearest echo above it
-//! is the reading. Beyond the critical angle a smooth surface sends (almost) nothing back; the
-//! sound goes on as from a mirror and may return from elsewhere by the same way: a ghost, too far.
+//! What is in sight within the cone is known exactly, however thin it is. Each surface has an echo
+//! from its nearest visible point, and from where one of the rays that fan out over the cone meets
+//! it. An echo's strength is the beam's sensitivity at its angle, times what the material sends back
+//! at that incidence, times the fluctuation of the ping. The receiver's threshold grows with range. The
+//! nearest echo above it is the reading. Beyond the critical angle a smooth surface sends (almost)
+//! nothing back; the sound goes on as from a mirror and may return from elsewhere by the same way: a
+//! ghost, too far. Rays decide energy and mirrors, never whether a thing is seen. Only among the
+//! thousands of points of a scanned map, themselves samples, are echoes that are not the nearest
+//! surface's sampled by rays alone.
 //!
 //! Use it for one ping at a time; a map that wants likelihoods needs an inverse model instead.
 //! The thesis names the error (Fig. 6.5) without a model; this one is ours.
 
+mod listening;
+
 use std::f64::consts::FRAC_PI_2;
 
-use geometry::{Ray, RayCaster, Se2};
+use geometry::{Cone, ConeScene, Se2};
 use rand_core::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use run_context::RandomStream;
 
 use crate::material::Material;
-
-/// A mirrored ray starts this far off the surface (m), or it would hit that surface again.
-const OFF_THE_MIRROR_M: f64 = 1e-6;
+use listening::Listening;
 
 /// The properties of one kind of sonar. [`Default`] is the Pioneer's.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +34,8 @@ pub struct SonarModel {
     pub range_max_m: f64,
     /// Half of the cone's opening, radians, up to π/4.
     pub half_angle_rad: f64,
-    /// Rays per cone, at least 1; odd, so that one runs along the axis.
+    /// Rays over the cone along which echoes are sampled, beside the nearest point of every surface
+    /// in sight, and mirrored sound is followed; at least 1, odd, so that one runs along the axis.
     pub n_rays: usize,
     /// Strength that an echo needs at the greatest range, in units of a wall's on the axis; it
     /// falls linearly to zero with the range. From 0 (hears everything) to 10.
@@ -60,8 +65,8 @@ pub struct Echo {
     pub range_m: f64,
     /// Why it is what it is.
     pub cause: EchoCause,
-    /// Truth, for whoever judges: distance to the nearest surface in the cone, metres, at most
-    /// `range_max_m`.
+    /// Truth, for whoever judges: distance to the nearest point of any surface in the cone, edges
+    /// included, metres, at most `range_max_m`. Exact.
     pub nearest_in_cone_m: f64,
 }
 
@@ -171,7 +176,7 @@ impl SonarModel {
     /// Fires once from `world_from_sensor` (x along the axis) into `scene`, whose tags are indices
     /// into `materials` (a tag beyond the list takes the first).
     ///
-    /// Casts at most two rays per ray of the cone; does not allocate.
+    /// Looks once into the cone, and casts at most one mirrored ray per ray; does not allocate.
     ///
     /// # Panics
     ///
@@ -179,14 +184,15 @@ impl SonarModel {
     pub fn ping(
         &self,
         world_from_sensor: Se2,
-        scene: &impl RayCaster,
+        scene: &impl ConeScene,
         materials: &[Material],
         rng: &mut RandomStream,
     ) -> Echo {
         assert!(!materials.is_empty(), "a scene has at least one material");
         // Every ping draws the same numbers in the same order, whatever it meets.
         let fate = Fate::draw(rng, self.strength_std_ratio);
-        let heard = self.listen(world_from_sensor, scene, materials, &fate);
+        let cone = Cone::new(world_from_sensor, self.half_angle_rad, self.range_max_m);
+        let heard = Listening { model: self, cone, scene, materials, fate: &fate }.hear();
         let echo = |range_m: f64, cause| Echo { range_m, cause, nearest_in_cone_m: heard.truth_m };
 
         if fate.crosstalk < self.crosstalk_prob {
@@ -221,101 +227,6 @@ impl SonarModel {
         }
         ((range_m / self.range_step_m).round() * self.range_step_m).max(self.range_min_m)
     }
-
-    /// Looks along every ray and keeps the nearest echo that is strong enough.
-    fn listen(
-        &self,
-        world_from_sensor: Se2,
-        scene: &impl RayCaster,
-        materials: &[Material],
-        fate: &Fate,
-    ) -> Heard {
-        let origin = world_from_sensor.position();
-        let mut heard =
-            Heard { nearest_m: f64::INFINITY, is_ghost: false, truth_m: self.range_max_m };
-        for i in 0..self.n_rays {
-            let (angle_rad, off_axis_ratio) = self.ray_angle(i);
-            let direction = Se2::new(0.0, 0.0, world_from_sensor.yaw_rad + angle_rad).heading();
-            let ray = Ray { origin, direction };
-            let Some(hit) = scene.cast(&ray, self.range_max_m) else { continue };
-            heard.truth_m = heard.truth_m.min(hit.distance_m);
-
-            // Sensitivity falls as a Gaussian that reaches its edge value at the edge.
-            let beam = self.edge_sensitivity_ratio.powf(off_axis_ratio * off_axis_ratio);
-            let sent = beam * fate.strength;
-            let material = material(materials, hit.tag);
-            let cosine = (-hit.normal.dot(&direction)).clamp(0.0, 1.0);
-            let threshold = self.threshold_at(hit.distance_m);
-            if sent * material.returned_ratio(cosine) >= threshold {
-                heard.offer(hit.distance_m, false);
-            } else if fate.ghost < self.ghost_prob {
-                let mirrored = direction + 2.0 * cosine * hit.normal;
-                let at = origin + hit.distance_m * direction + OFF_THE_MIRROR_M * hit.normal;
-                let on = Ray { origin: at, direction: mirrored };
-                self.listen_on(&on, hit.distance_m, sent, (scene, materials), &mut heard);
-            }
-        }
-        heard
-    }
-
-    /// Follows a mirrored ray one surface further; the echo returns by the way it came.
-    fn listen_on(
-        &self,
-        ray: &Ray,
-        behind_m: f64,
-        sent: f64,
-        (scene, materials): (&impl RayCaster, &[Material]),
-        heard: &mut Heard,
-    ) {
-        let Some(hit) = scene.cast(ray, self.range_max_m - behind_m) else { return };
-        let distance_m = behind_m + hit.distance_m;
-        let cosine = (-hit.normal.dot(&ray.direction)).clamp(0.0, 1.0);
-        let returned = sent * material(materials, hit.tag).returned_ratio(cosine);
-        if returned >= self.threshold_at(distance_m) {
-            heard.offer(distance_m, true);
-        }
-    }
-
-    /// Strength that an echo from `distance_m` needs to be heard.
-    fn threshold_at(&self, distance_m: f64) -> f64 {
-        self.threshold_ratio * distance_m / self.range_max_m
-    }
-
-    /// Angle of ray `i` to the axis (rad), and that angle over the half angle (−1 to 1).
-    fn ray_angle(&self, i: usize) -> (f64, f64) {
-        if self.n_rays == 1 {
-            return (0.0, 0.0);
-        }
-        let ratio = 2.0 * i as f64 / (self.n_rays - 1) as f64 - 1.0;
-        (ratio * self.half_angle_rad, ratio)
-    }
-}
-
-impl Material {
-    /// Part of the sound that comes back to the sender, for the cosine of the incidence.
-    fn returned_ratio(&self, cosine: f64) -> f64 {
-        if cosine >= self.specular_from_rad.cos() {
-            self.reflectivity_ratio
-        } else {
-            self.diffuse_ratio * cosine
-        }
-    }
-}
-
-/// The nearest echo so far.
-struct Heard {
-    nearest_m: f64,
-    is_ghost: bool,
-    truth_m: f64,
-}
-
-impl Heard {
-    fn offer(&mut self, distance_m: f64, is_ghost: bool) {
-        if distance_m < self.nearest_m {
-            self.nearest_m = distance_m;
-            self.is_ghost = is_ghost;
-        }
-    }
 }
 
 /// Everything random about one ping.
@@ -340,10 +251,6 @@ impl Fate {
             ghost: uniform(rng),
         }
     }
-}
-
-fn material(materials: &[Material], tag: u32) -> &Material {
-    materials.get(tag as usize).unwrap_or(&materials[0])
 }
 
 /// Uniform in [0, 1), 53 bits.
@@ -414,24 +321,22 @@ mod tests {
     }
 
     proptest! {
-        /// Geometry worked out by hand: the cone's ray closest to the wall's normal decides.
+        /// Geometry worked out by hand: the bearing in the cone closest to the wall's normal decides.
         #[test]
         fn the_nearest_surface_in_the_cone_is_the_truth(
             distance_m in 0.2..4.0, normal_deg in -70.0..70.0,
         ) {
-            let model = SonarModel { n_rays: 301, ..SonarModel::ideal() };
-            let echo = ping(&model, &wall(distance_m, normal_deg, FABRIC));
+            let echo = ping(&SonarModel::ideal(), &wall(distance_m, normal_deg, FABRIC));
             let off_deg = (normal_deg.abs() - 15.0).max(0.0);
             let expected = (distance_m / off_deg.to_radians().cos()).min(5.0);
-            prop_assert!((echo.nearest_in_cone_m - expected).abs() < 0.002 * expected, "{echo:?}");
+            prop_assert!((echo.nearest_in_cone_m - expected).abs() < 1e-9, "{echo:?}");
         }
 
         /// Without beam shape and fluctuation, a smooth wall is heard up to its critical angle
         /// beyond the cone's edge, and not a degree more.
         #[test]
         fn a_smooth_wall_vanishes_beyond_its_critical_angle(normal_deg in -44.0..44.0) {
-            let model = SonarModel { n_rays: 301, ..honest() };
-            let echo = ping(&model, &wall(1.0, normal_deg, GLASS));
+            let echo = ping(&honest(), &wall(1.0, normal_deg, GLASS));
             let critical_deg = materials()[GLASS as usize].specular_from_rad.to_degrees() + 15.0;
             prop_assume!((normal_deg.abs() - critical_deg).abs() > 0.2);
             let heard = normal_deg.abs() < critical_deg;
@@ -454,7 +359,7 @@ mod tests {
 
     #[test]
     fn rough_walls_are_heard_where_smooth_ones_are_not() {
-        let model = SonarModel { n_rays: 1, ..honest() };
+        let model = SonarModel { half_angle_rad: 0.0, ..honest() };
         let cause = |normal_deg, tag| ping(&model, &wall(1.0, normal_deg, tag)).cause;
         assert_eq!(cause(50.0, FABRIC), EchoCause::Direct);
         assert_eq!(cause(50.0, GLASS), EchoCause::Specular);
@@ -464,7 +369,7 @@ mod tests {
     #[test]
     fn plaster_beyond_its_angle_is_heard_only_from_near() {
         // 12 % · cos 60° of 5 m: 30 cm along the axis, and no farther.
-        let model = SonarModel { n_rays: 1, ..honest() };
+        let model = SonarModel { half_angle_rad: 0.0, ..honest() };
         let at = |axis_m: f64| ping(&model, &wall(axis_m * 0.5, 60.0, PLASTER)).cause;
         assert_eq!(at(0.29), EchoCause::Direct);
         assert_eq!(at(0.31), EchoCause::Specular);
@@ -479,7 +384,7 @@ mod tests {
             let b = at.transform_point(Vec2::new(range_m, 0.05));
             SegmentWorld::new([(Segment { a, b }, PLASTER)])
         };
-        let quiet = SonarModel { edge_sensitivity_ratio: 0.1, n_rays: 61, ..honest() };
+        let quiet = SonarModel { edge_sensitivity_ratio: 0.1, ..honest() };
         assert_eq!(ping(&quiet, &post(0.5)).cause, EchoCause::Direct);
         assert_eq!(ping(&quiet, &post(2.0)).cause, EchoCause::Specular);
     }
@@ -490,11 +395,11 @@ mod tests {
         let mirror = (Segment { a: Vec2::new(0.6, -0.4), b: Vec2::new(1.4, 0.4) }, GLASS);
         let wall = (Segment { a: Vec2::new(-5.0, 1.5), b: Vec2::new(5.0, 1.5) }, PLASTER);
         let scene = SegmentWorld::new([mirror, wall]);
-        let model = SonarModel { n_rays: 1, ghost_prob: 1.0, ..honest() };
+        let model = SonarModel { half_angle_rad: 0.0, ghost_prob: 1.0, ..honest() };
         let echo = ping(&model, &scene);
         assert!((echo.range_m - 2.5).abs() < 1e-5, "{echo:?}");
         assert_eq!(echo.cause, EchoCause::Specular);
-        assert!((echo.nearest_in_cone_m - 1.0).abs() < 1e-9);
+        assert!((echo.nearest_in_cone_m - 1.0).abs() < 1e-8);
         let deaf = SonarModel { ghost_prob: 0.0, ..model };
         assert_eq!(ping(&deaf, &scene).range_m, 5.0);
     }
@@ -516,7 +421,7 @@ mod tests {
         let model = SonarModel {
             range_std_m: 0.005,
             range_std_ratio: 0.005,
-            n_rays: 1,
+            half_angle_rad: 0.0,
             ..SonarModel::ideal()
         };
         let n = 20_000.0_f64;
@@ -584,6 +489,87 @@ mod tests {
             rng.next_u64()
         };
         assert_eq!(next_after(&wall(1.0, 0.0, GLASS)), next_after(&SegmentWorld::new([])));
+    }
+
+    /// A leg of a chair, of a table, a wire: four sides, turned about its own middle.
+    fn leg(side_m: f64, distance_m: f64, bearing_rad: f64, turn_rad: f64) -> [Segment; 4] {
+        let centre = Se2::new(0.0, 0.0, bearing_rad).transform_point(Vec2::new(distance_m, 0.0));
+        let place = Se2::new(centre.x, centre.y, turn_rad);
+        let corner = |x: f64, y: f64| place.transform_point(0.5 * side_m * Vec2::new(x, y));
+        let corners = [corner(1.0, 1.0), corner(-1.0, 1.0), corner(-1.0, -1.0), corner(1.0, -1.0)];
+        std::array::from_fn(|i| Segment { a: corners[i], b: corners[(i + 1) % 4] })
+    }
+
+    /// The least distance along 4001 rays of the cone, each intersected by hand: never less than the
+    /// truth, and no more than a spacing of the rays allows.
+    fn swept_m(walls: &[Segment], half_angle_rad: f64) -> f64 {
+        let mut best = f64::INFINITY;
+        for i in -2000..=2000 {
+            let (s, c) = (half_angle_rad * f64::from(i) / 2000.0).sin_cos();
+            for wall in walls {
+                // d (c, s) = a + u (b − a), by Cramer's rule.
+                let (x, y) = (wall.b.x - wall.a.x, wall.b.y - wall.a.y);
+                let det = s * x - c * y;
+                let (d, u) =
+                    ((wall.a.y * x - wall.a.x * y) / det, (c * wall.a.y - s * wall.a.x) / det);
+                if d >= 0.0 && (0.0..=1.0).contains(&u) {
+                    best = best.min(d);
+                }
+            }
+        }
+        best
+    }
+
+    /// What the nine rays of the cone missed in three bearings of four, in a room of bearings.
+    #[test]
+    fn an_ideal_sonar_hears_every_thin_leg_in_its_cone() {
+        let model = SonarModel { range_min_m: 0.0, ..SonarModel::ideal() };
+        let mut n_within = 0;
+        for side_m in [0.005, 0.02, 0.04, 0.06] {
+            for distance_m in [0.2, 1.0, 2.5, 4.0] {
+                for step in -60..=60 {
+                    let bearing_rad = 0.0058 * f64::from(step);
+                    let leg = leg(side_m, distance_m, bearing_rad, 0.7 * f64::from(step));
+                    let swept = swept_m(&leg, model.half_angle_rad);
+                    let scene = SegmentWorld::new(leg.map(|side| (side, GLASS)));
+                    let echo = ping(&model, &scene);
+                    let spacing_m = model.half_angle_rad / 2000.0 * distance_m;
+                    let expected = swept.min(model.range_max_m);
+                    // A corner may enter the cone by less than the rays are apart.
+                    let apart = expected - echo.range_m;
+                    let grazes = swept.is_infinite() && echo.range_m < distance_m + side_m;
+                    assert!(
+                        (-1e-9..=2.0 * spacing_m).contains(&apart) || grazes,
+                        "{side_m} m at {distance_m} m, {bearing_rad} rad: {echo:?}, swept {swept}"
+                    );
+                    assert_eq!(echo.range_m, echo.nearest_in_cone_m);
+                    n_within += usize::from(echo.cause == EchoCause::Direct);
+                }
+            }
+        }
+        // 15° of the 20° to either side that were tried, and the legs' own widths.
+        assert!((1400..1600).contains(&n_within), "{n_within} of 1936");
+    }
+
+    /// Rays sample energy: an echo that a leg of cardboard sends back is heard between two of them,
+    /// before a wall that is too askew to be heard and behind a pane that mirrors.
+    #[test]
+    fn a_leg_is_heard_beside_and_behind_what_is_not() {
+        const CARDBOARD: u32 = 5;
+        for step in -25..=25 {
+            let bearing_rad = 0.01 * f64::from(step);
+            let leg = leg(0.04, 1.0, bearing_rad, bearing_rad).map(|side| (side, CARDBOARD));
+            let askew = wall_segment(1.2, 60.0, GLASS);
+            // The pane stands askew at half a metre, on the other side of the axis.
+            let aside = if bearing_rad < 0.0 { 1.0 } else { -1.0 };
+            let pane =
+                Segment { a: Vec2::new(0.45, 0.01 * aside), b: Vec2::new(0.6, 0.12 * aside) };
+            let scene = SegmentWorld::new(leg.into_iter().chain([askew, (pane, GLASS)]));
+            let echo = ping(&honest(), &scene);
+            assert_eq!(echo.cause, EchoCause::Direct, "{bearing_rad}: {echo:?}");
+            assert!((echo.range_m - 0.98).abs() < 0.005, "{bearing_rad}: {echo:?}");
+            assert!(echo.nearest_in_cone_m < 0.5, "the truth knows the pane: {echo:?}");
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! at least as large as two robots and what they may move in a step, so neighbours lie in the
 //! 3 × 3 cells around a robot.
 
-use geometry::{Ray, Vec2};
+use geometry::{Aabb, Ray, Vec2};
 
 /// What a body may move between two rebuilds beyond its wheels' speed (bumps, slip), metres.
 const SPARE_M: f64 = 0.1;
@@ -64,11 +64,14 @@ impl Neighbours {
         point: Vec2,
         distance_m: f64,
     ) -> impl Iterator<Item = usize> + '_ {
-        let reach_m = self.reach_m + distance_m;
-        let rows =
-            index(point.y - reach_m, self.cell_size_m)..=index(point.y + reach_m, self.cell_size_m);
-        let left = index(point.x - reach_m, self.cell_size_m);
-        let right = index(point.x + reach_m, self.cell_size_m);
+        self.in_box(Aabb { min: point, max: point }.grown(distance_m))
+    }
+
+    /// The bodies with a point in `bounds`, and some more.
+    pub(crate) fn in_box(&self, bounds: Aabb) -> impl Iterator<Item = usize> + '_ {
+        let Aabb { min, max } = bounds.grown(self.reach_m);
+        let rows = index(min.y, self.cell_size_m)..=index(max.y, self.cell_size_m);
+        let (left, right) = (index(min.x, self.cell_size_m), index(max.x, self.cell_size_m));
         rows.flat_map(move |row| self.row_part(row, left, right))
     }
 

@@ -1,6 +1,6 @@
 //! What a sensor can see: walls, things, people and the other robots.
 
-use geometry::{Ray, RayCaster, RayHit};
+use geometry::{ConeScene, ConeView, Ray, RayCaster, RayHit};
 use sensor_models::{PERSON_TAG, ROBOT_TAG};
 
 use crate::{collide, spec::BodyId, world::World};
@@ -46,6 +46,36 @@ impl RayCaster for Scene<'_> {
             }
         }
         nearest
+    }
+}
+
+impl ConeScene for Scene<'_> {
+    fn is_crowded(&self) -> bool {
+        self.world.static_map().is_crowded()
+    }
+
+    /// Walls, things, people and the other robots near the cone. Does not allocate.
+    fn show(&self, view: &mut ConeView) {
+        self.world.static_map().show(view);
+        for thing in self.world.things() {
+            if view.depth_of_box(thing.bounds).is_some() {
+                for edge in thing.spec.polygon.edges() {
+                    view.offer_segment(edge, thing.spec.material);
+                }
+            }
+        }
+        for person in self.world.people() {
+            view.offer_disc(person.position, person.spec.radius_m, PERSON_TAG);
+        }
+        for body_index in self.world.neighbours().in_box(view.bounds()) {
+            let body = &self.world.bodies()[body_index];
+            let is_self = self.seen_by == Some(BodyId(body_index));
+            if !is_self && view.may_see_disc(body.position(), body.bounding_radius_m) {
+                for edge in collide::edges(&body.corners) {
+                    view.offer_segment(edge, ROBOT_TAG);
+                }
+            }
+        }
     }
 }
 

@@ -10,6 +10,7 @@ use crate::{Aabb, Vec2};
 mod build;
 mod coarse;
 mod room;
+mod show;
 
 use coarse::CoarseRay;
 

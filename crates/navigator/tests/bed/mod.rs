@@ -12,8 +12,8 @@
 use std::time::Duration;
 
 use geometry::{
-    Base, Map, Odom, Polygon, Ray, RayCaster, RayHit, Se2, Segment, SegmentWorld, Transform2,
-    Twist, Vec2, wrap_to_pi,
+    Base, ConeScene, ConeView, Map, Odom, Polygon, Ray, RayCaster, RayHit, Se2, Segment,
+    SegmentWorld, Transform2, Twist, Vec2, wrap_to_pi,
 };
 use navigator::{
     Command, GroundCommand, N_SONARS_MAX, Navigator, NavigatorConfig, NavigatorSettings,
@@ -53,6 +53,15 @@ impl RayCaster for Scene {
         match (wall, person) {
             (Some(a), Some(b)) => Some(if a.distance_m < b.distance_m { a } else { b }),
             (a, b) => a.or(b),
+        }
+    }
+}
+
+impl ConeScene for Scene {
+    fn show(&self, view: &mut ConeView) {
+        self.walls.show(view);
+        if let Some(centre) = self.person {
+            view.offer_disc(centre, PERSON_RADIUS_M, PERSON);
         }
     }
 }
