@@ -241,11 +241,7 @@ impl Navigator {
         let n_targets = self.targets_behind(now, &mut targets);
         let settings = &self.config.settings;
         let ranges = self.status?.sonar_ranges_m;
-        let readings = settings.sensors.iter().zip(ranges);
-        let front = readings.filter(|(s, _)| s.bearing_rad.abs() < 1.7);
-        let rebound_rad = obstacle_avoidance::rebound_angle_rad(
-            front.map(|(s, range_m)| (s.bearing_rad, range_m)),
-        )?;
+        let rebound_rad = obstacle_avoidance::rebound_angle_rad(&settings.sensors, &ranges)?;
         let preferred_rad = self.pose.yaw_rad + rebound_rad;
         let scaled = |margin_ratio: f64, depth_ratio: f64| obstacle_avoidance::DetourConfig {
             margin_m: margin_ratio * settings.detour.margin_m,

@@ -34,9 +34,7 @@ pub use machine::{
     HeadingCheck, Inputs, Machine, MachineConfig, MachineConfigError, Motion, N_STATES, Outcome,
     Output, State, Variant,
 };
-pub use rebound::{
-    ForcedSwing, LISTING_WEIGHTS, listing_rebound_deg, nominal_bearing_rad, rebound_angle_rad,
-};
+pub use rebound::{ForcedSwing, nominal_bearing_rad, rebound_angle_rad, rebound_turn_rad};
 
 use geometry::Vec2;
 

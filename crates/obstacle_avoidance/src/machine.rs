@@ -11,9 +11,14 @@ use std::time::Duration;
 use geometry::{Se2, Vec2, wrap_to_pi};
 use run_context::Stamp;
 
-use crate::{Bubble, RangeSensor, rebound_angle_rad};
+use crate::{Bubble, RangeSensor, rebound_turn_rad};
 
 pub use config::{HeadingCheck, MachineConfig, MachineConfigError, Variant};
+
+/// Sensors that look at most so far aside look ahead, radians (22°).
+const AHEAD_RAD: f64 = 0.384;
+/// How far the innermost sensors to either side may differ, radians (1°).
+const INNERMOST_SPREAD_RAD: f64 = 0.0175;
 
 /// Number of states.
 pub const N_STATES: usize = 9;
@@ -387,9 +392,9 @@ impl Machine {
         if inputs.now.since(self.since) < self.config.settle || self.still_rolls(inputs) {
             return;
         }
-        let readings = self.sensors.iter().zip(inputs.ranges_m);
-        let mean = rebound_angle_rad(readings.map(|(s, &r)| (s.bearing_rad, r))).unwrap_or(0.0);
-        let turn_rad = self.config.swing.apply(mean, self.front_is_blocked(inputs));
+        let blocked = self.front_is_blocked(inputs);
+        let turn_rad =
+            rebound_turn_rad(&self.sensors, inputs.ranges_m, blocked, &self.config.swing);
         self.rebound_rad = Some(turn_rad);
         let position = inputs.pose.position();
         let heading_rad = wrap_to_pi(inputs.pose.yaw_rad + turn_rad);
@@ -474,9 +479,13 @@ impl Machine {
         })
     }
 
-    /// The sensors nearest to straight ahead, measured against the boundary of a moving robot.
+    /// The sensors nearest to straight ahead, measured against the boundary of a moving robot: all
+    /// within 22°, or the innermost of a ring that has none there.
     fn front_is_blocked(&self, inputs: &Inputs<'_>) -> bool {
-        let ahead = |s: &RangeSensor| s.bearing_rad.abs() < 22.0_f64.to_radians();
+        let aside = self.sensors.iter().map(|sensor| sensor.bearing_rad.abs());
+        let innermost_rad = aside.fold(f64::INFINITY, f64::min);
+        let limit_rad = AHEAD_RAD.max(innermost_rad + INNERMOST_SPREAD_RAD);
+        let ahead = |s: &RangeSensor| s.bearing_rad.abs() <= limit_rad;
         let speed_mps = inputs.speed_mps.abs().max(0.3);
         self.sensors.iter().zip(inputs.ranges_m).enumerate().any(|(index, (sensor, &range_m))| {
             ahead(sensor) && self.bubble.is_inside(index, range_m, speed_mps, self.config.period_s)
