@@ -399,8 +399,8 @@ impl Run {
         self.log.drain(..).collect()
     }
 
-    /// Hash of the state that can be seen: world, robots' reports and phases, decision node, devices. What
-    /// hides in links and memories shows in it as soon as it has an effect. Cost: linear in robots, people and things.
+    /// Hash of the state that can be seen: world, what the robots' sensors returned so far, robots' reports
+    /// and phases, decision node, devices. What hides in links and memories shows in it as soon as it has an effect. Cost: linear in robots, people and things.
     pub fn state_hash(&self) -> StateHash {
         let mut hash = StateHash::new();
         hash.absorb_u64(self.steps);

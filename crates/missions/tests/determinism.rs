@@ -27,6 +27,29 @@ fn the_same_run_twice_is_the_same_to_the_bit() {
     assert_ne!(first, hashes("doorbell", 4, 4000, &[]), "the seed changes nothing");
 }
 
+/// Two seeds whose robots stand still and differ in nothing but what their sonars return, over the
+/// wire and without it; nothing that moves could tell them apart.
+#[test]
+fn what_was_sensed_is_part_of_the_state() {
+    for link in ["memory", "direct"] {
+        let text = format!(
+            "[mission]\nname = \"still\"\nduration_max_s = 60.0\n\
+             [[world.walls]]\nline_m = [[1.5, -3.0], [1.5, 3.0]]\n\
+             [[robots]]\nnavigator.route = \"direct\"\n[robots.link]\nkind = \"{link}\"\n"
+        );
+        let after = |seed: u64, steps: u32| {
+            let mission = Mission::parse("still.toml", &text, &[]).unwrap();
+            let mut run = Run::new(mission, RunSeed(seed)).unwrap();
+            (0..steps).for_each(|_| run.step());
+            (run.view().robots[0].truth, run.state_hash())
+        };
+        let ((pose, hash), (other_pose, other_hash)) = (after(1, 300), after(2, 300));
+        assert_eq!(pose, other_pose, "{link}: nobody moves");
+        assert_ne!(hash, other_hash, "{link}: the readings differ");
+        assert_eq!(hash, after(1, 300).1, "{link}: the same seed hears the same");
+    }
+}
+
 #[test]
 fn threads_change_nothing() {
     let few = ["robots.count=60", "robots.row_length=10"];

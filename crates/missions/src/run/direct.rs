@@ -37,6 +37,8 @@ pub(super) struct DirectRobot {
     schedule: FiringSchedule,
     rng: RandomStream,
     ranges_m: [f64; N_SONARS_MAX],
+    /// Every reading so far, in order.
+    heard: StateHash,
     stamps: [Stamp; N_SONARS_MAX],
     fresh: u16,
     n_sonars: usize,
@@ -70,6 +72,7 @@ impl DirectRobot {
             schedule: FiringSchedule::new(chains, model.ring.ping_period),
             rng,
             ranges_m: [range_max_m; N_SONARS_MAX],
+            heard: StateHash::new(),
             stamps: [Stamp::ZERO; N_SONARS_MAX],
             fresh: 0,
             n_sonars,
@@ -131,6 +134,7 @@ impl DirectRobot {
         for firing in self.schedule.due(self.last_step, now) {
             let i = firing.sensor_index;
             self.ranges_m[i] = world.ping(body_id, i, &mut self.rng).range_m;
+            self.heard.absorb(self.ranges_m[i]);
             // It meets the world as it is now, up to a step after it was due.
             self.stamps[i] = now;
             self.fresh |= 1 << i;
@@ -211,5 +215,6 @@ impl DirectRobot {
         for value in [pose.x_m, pose.y_m, pose.yaw_rad] {
             hash.absorb(value);
         }
+        hash.absorb_u64(self.heard.value());
     }
 }

@@ -134,6 +134,8 @@ pub struct PioneerFirmware {
     motion: Motion,
     odometry: Odometry,
     sonar: SonarRing,
+    /// Every echo so far, in order.
+    heard: StateHash,
     /// Way since switching on, forwards less backwards.
     odometer_m: f64,
     travel_since_sip_m: [f64; 2],
@@ -203,6 +205,7 @@ impl PioneerFirmware {
             session: Session::Closed,
             motion: Motion::new(limits),
             sonar,
+            heard: StateHash::new(),
             odometer_m: 0.0,
             travel_since_sip_m: [0.0; 2],
             wheel_speeds: WheelSpeeds::ZERO,
@@ -264,7 +267,13 @@ impl PioneerFirmware {
         let before = self.last_step.unwrap_or(now);
         self.feel(feedback, now.since(before));
         if self.session == Session::Open {
-            self.sonar.fire(before, now, ping);
+            let heard = &mut self.heard;
+            let mut ping = |sensor_index| {
+                let range_m = ping(sensor_index);
+                heard.absorb_u64(range_m.to_bits());
+                range_m
+            };
+            self.sonar.fire(before, now, &mut ping);
         }
         self.listen(now, received, out);
         self.watch(now);
@@ -345,7 +354,7 @@ impl PioneerFirmware {
         &self.decoder
     }
 
-    /// Adds what decides the firmware's future to `hash`.
+    /// Adds what decides the firmware's future to `hash`, and what its sonars have heard.
     pub fn absorb_state(&self, hash: &mut StateHash) {
         let pose = self.odometry.odom_from_base().se2();
         let velocity = self.motion.velocity();
@@ -358,6 +367,7 @@ impl PioneerFirmware {
         hash.absorb_u64(self.counters.n_sips);
         hash.absorb_u64(self.last_packet.map_or(0, Stamp::as_nanos));
         hash.absorb(self.battery.charge_percent());
+        hash.absorb_u64(self.heard.value());
     }
 
     fn feel(&mut self, feedback: MotorFeedback, dt: Duration) {
