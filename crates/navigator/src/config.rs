@@ -11,6 +11,7 @@ use path_following::{
     PathFollower, PathFollowerConfig, PathLaw, SettingError, TrailFollower, TrailFollowerConfig,
     TrailLaw,
     fuzzy::{FuzzyConfig, Sets},
+    fuzzy_listing::ListingConfig,
 };
 use robot_models::{DriveGeometry, OdometryNoise, RobotModel};
 
@@ -51,13 +52,11 @@ pub enum TrailController {
 }
 
 impl TrailController {
-    fn law(self) -> TrailLaw {
+    fn law(self, fuzzy: FuzzyConfig, listing: ListingConfig) -> TrailLaw {
         match self {
-            Self::Fuzzy => TrailLaw::fuzzy(),
-            Self::FuzzyFine => TrailLaw::Fuzzy {
-                fuzzy: FuzzyConfig { sets: Sets::Five, ..FuzzyConfig::default() },
-            },
-            Self::Listing => TrailLaw::listing(),
+            Self::Fuzzy => TrailLaw::Fuzzy { fuzzy },
+            Self::FuzzyFine => TrailLaw::Fuzzy { fuzzy: FuzzyConfig { sets: Sets::Five, ..fuzzy } },
+            Self::Listing => TrailLaw::Listing { config: listing },
             Self::BioMimetic => TrailLaw::bio_mimetic(),
             Self::FuzzyAngle => TrailLaw::fuzzy_angle(),
             Self::PurePursuit => TrailLaw::pure_pursuit(),
@@ -110,6 +109,10 @@ pub struct NavigatorSettings {
     pub method: Method,
     /// Law on a trail.
     pub trail_controller: TrailController,
+    /// Sets and rules of the fuzzy laws on a trail; the number of sets follows from the law.
+    pub trail_fuzzy: FuzzyConfig,
+    /// Constants and rules of the law in whole numbers.
+    pub trail_listing: ListingConfig,
     /// Law on a given path.
     pub path_controller: PathController,
     /// What is done about obstacles.
@@ -168,6 +171,8 @@ pub struct NavigatorSettings {
     pub range_max_m: f64,
     /// Where the sensors are; at most 16.
     pub sensors: Vec<RangeSensor>,
+    /// Time in which each of them fires once.
+    pub sonar_round: Duration,
     /// Outline of the robot (m, base frame): convex, counter-clockwise, 3 to 12 corners.
     pub outline_m: Vec<Vec2>,
     /// Wheels and encoders.
@@ -240,6 +245,7 @@ impl NavigatorSettings {
         Self {
             bubble_gains: sensors.iter().map(|s| default_bubble(s.bearing_rad).0).collect(),
             bubble_floors_m: sensors.iter().map(|s| default_bubble(s.bearing_rad).1).collect(),
+            sonar_round: model.ring.round(sensors.len()),
             sensors,
             outline_m: model.footprint.corners().to_vec(),
             drive: model.drive,
@@ -255,6 +261,8 @@ impl Default for NavigatorSettings {
         Self {
             method: Method::default(),
             trail_controller: TrailController::default(),
+            trail_fuzzy: FuzzyConfig::default(),
+            trail_listing: ListingConfig::default(),
             path_controller: PathController::default(),
             avoidance: Avoidance::default(),
             variant: Variant::default(),
@@ -282,6 +290,7 @@ impl Default for NavigatorSettings {
             bubble_floors_m: Vec::new(),
             range_max_m: 5.0,
             sensors: Vec::new(),
+            sonar_round: Duration::from_millis(320),
             outline_m: vec![
                 Vec2::new(0.21, -0.2125),
                 Vec2::new(0.21, 0.2125),
@@ -323,15 +332,21 @@ impl NavigatorConfig {
     }
 }
 
+/// How long a robot stands at least before it computes a rebound; a ring of eight has fired after
+/// 320 ms.
+const SETTLE_MIN: Duration = Duration::from_millis(500);
+/// From a ping to the report that brings it, at most.
+const REPORTED_AFTER: Duration = Duration::from_millis(100);
+
 /// No wheel is asked for more than this times the cruising speed; H is 1.5 times it.
 const WHEEL_SPEED_MAX_RATIO: f64 = 1.6;
 
 fn trail_steering(s: &NavigatorSettings) -> Result<TrailSteering, SettingError> {
     if s.trail_controller == TrailController::Fuzzy {
-        return TrailSteering::new();
+        return TrailSteering::fuzzy(s.trail_fuzzy);
     }
     let config = TrailFollowerConfig {
-        law: s.trail_controller.law(),
+        law: s.trail_controller.law(s.trail_fuzzy, s.trail_listing),
         wheelbase_m: s.drive.wheelbase_m,
         wheel_speed_max_mps: WHEEL_SPEED_MAX_RATIO * s.speed_mps,
         ..TrailFollowerConfig::default()
@@ -347,8 +362,8 @@ fn machine_config(s: &NavigatorSettings) -> MachineConfig {
         near_m: s.near_m,
         detour_m: s.detour_m,
         rebounds_max: s.attempts_max,
-        // Every sensor of a ring of eight has fired 320 ms after the robot stopped.
-        settle: Duration::from_millis(500),
+        // Every sensor has fired once after the robot stopped, and was reported.
+        settle: SETTLE_MIN.max(s.sonar_round + REPORTED_AFTER),
         stand_before_turning: true,
         ..MachineConfig::default()
     }

@@ -102,8 +102,13 @@ enum Law {
 }
 
 impl TrailSteering {
+    /// With the default sets and rules.
     pub(crate) fn new() -> Result<Self, SettingError> {
-        let controller = FuzzyController::new(FuzzyConfig::default())?;
+        Self::fuzzy(FuzzyConfig::default())
+    }
+
+    pub(crate) fn fuzzy(config: FuzzyConfig) -> Result<Self, SettingError> {
+        let controller = FuzzyController::new(config)?;
         Ok(Self { law: Law::Fuzzy(controller), previous: None })
     }
 

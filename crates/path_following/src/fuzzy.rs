@@ -44,6 +44,30 @@ pub enum Table {
     /// Table 5.1 of the thesis, read with e outside and mirrored for the right wheel. Not the same to
     /// both sides.
     Table51,
+    /// Rules of one's own.
+    Own {
+        /// What they say of the left wheel.
+        left: RuleTable,
+        /// What they say of the right wheel.
+        right: RuleTable,
+    },
+}
+
+/// The rules that nine letters spell: L, M and H for slow, mean and fast, at 3 × (set of e) + (set of
+/// e′), sets in the order N, Z, P; blanks between them do not count. `None` for anything else.
+pub fn rules_of_letters(letters: &str) -> Option<RuleTable> {
+    let mut rules = [Mean; 9];
+    let mut n = 0;
+    for letter in letters.chars().filter(|letter| !letter.is_whitespace()) {
+        *rules.get_mut(n)? = match letter {
+            'L' => Slow,
+            'M' => Mean,
+            'H' => Fast,
+            _ => return None,
+        };
+        n += 1;
+    }
+    (n == rules.len()).then_some(rules)
 }
 
 impl Table {
@@ -53,6 +77,7 @@ impl Table {
             Self::Antisymmetric => [Fast, Fast, Mean, Fast, Mean, Slow, Mean, Slow, Slow],
             Self::LiteralMirror => [Fast, Fast, Mean, Mean, Mean, Slow, Fast, Mean, Slow],
             Self::Table51 => [Fast, Fast, Mean, Slow, Mean, Mean, Slow, Mean, Slow],
+            Self::Own { left, right } => return (left, right),
         };
         (left, left.map(Speed::opposite))
     }
@@ -302,6 +327,30 @@ mod tests {
                 .abs()
                 .max((1000.0 * wheels.right_mps - right).abs());
             assert!(off < 1.0, "({e}, {change}): {wheels:?}");
+        }
+    }
+
+    /// The default table, spelt out, is the default table; another one drives otherwise.
+    #[test]
+    fn rules_of_ones_own_are_spelt_in_nine_letters() {
+        let own = |left: &str, right: &str| FuzzyConfig {
+            table: Table::Own {
+                left: rules_of_letters(left).unwrap(),
+                right: rules_of_letters(right).unwrap(),
+            },
+            ..GOLDEN
+        };
+        let same = controller(own("HHM HML MLL", "LLM LMH MHH"));
+        // Mean wherever the error is small, whatever its change.
+        let dull = controller(own("HHM MMM MLL", "LLM MMM MHH"));
+        for (e, change) in [(0.0, 0.0), (-38.0, 10.0), (25.0, -5.0), (60.0, 30.0), (0.0, 20.0)] {
+            let expected = controller(GOLDEN).step(e, change, 0.3);
+            assert_eq!(same.step(e, change, 0.3), expected, "({e}, {change})");
+        }
+        assert_eq!(dull.step(0.0, 20.0, 0.3), WheelReference::straight(0.3));
+        assert_ne!(controller(GOLDEN).step(0.0, 20.0, 0.3), WheelReference::straight(0.3));
+        for wrong in ["", "HHMHMLML", "HHMHMLMLLL", "HHX HML MLL", "hhm hml mll"] {
+            assert_eq!(rules_of_letters(wrong), None, "{wrong:?}");
         }
     }
 

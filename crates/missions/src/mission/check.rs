@@ -2,6 +2,7 @@
 
 mod environment;
 mod hints;
+mod ring;
 mod robots;
 mod tasks;
 

@@ -404,6 +404,14 @@ impl Default for OdometryFile {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SonarFile {
+    /// Where the sonars are: `model` (as the robot has them), `five`, `eight` or `own`.
+    pub ring: String,
+    /// Place (x, y, m) and bearing (degrees) of each, for `ring = "own"`.
+    pub ring_at: Vec<[f64; 3]>,
+    /// Time between two pings of a chain, ms; 0: as the ring has it.
+    pub ring_period_ms: u32,
+    /// Sonars that fire one after another; 0: as the ring has it.
+    pub ring_chain: usize,
     /// Nearer things read as this, m.
     pub range_min_m: f64,
     /// Greatest range, m.
@@ -429,6 +437,10 @@ pub struct SonarFile {
 impl Default for SonarFile {
     fn default() -> Self {
         Self {
+            ring: "model".into(),
+            ring_at: Vec::new(),
+            ring_period_ms: 0,
+            ring_chain: 0,
             range_min_m: 0.15,
             range_max_m: 5.0,
             range_step_m: 0.0,
@@ -556,6 +568,8 @@ pub struct NavigatorFile {
     pub goal_within_m: f64,
     /// How well it must look the goal's way, degrees.
     pub goal_within_deg: f64,
+    /// `[robots.navigator.fuzzy]`: sets and rules of the fuzzy laws on the trail.
+    pub fuzzy: FuzzyFile,
 }
 
 impl Default for NavigatorFile {
@@ -577,6 +591,44 @@ impl Default for NavigatorFile {
             attempts_max: 10,
             goal_within_m: 0.06,
             goal_within_deg: 4.0,
+            fuzzy: FuzzyFile::default(),
+        }
+    }
+}
+
+/// `[robots.navigator.fuzzy]`: for `trail_controller` `fuzzy`, `fuzzy_fine` and `listing`.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FuzzyFile {
+    /// ME: the error from which on the outermost set is fully true, in units of intensity.
+    pub error_full: u32,
+    /// MED: the same for the change of the error between two steps.
+    pub change_full: u32,
+    /// L as a ratio of M, the cruising speed.
+    pub slow_ratio: f64,
+    /// H as a ratio of M.
+    pub fast_ratio: f64,
+    /// M of `listing`, which has its own speeds, mm/s.
+    pub listing_mean_mmps: u32,
+    /// The rules: `antisymmetric`, `literal_mirror`, `table_5_1` or `own`.
+    pub table: String,
+    /// Rules of the left wheel for `table = "own"`: nine letters L, M, H.
+    pub left_rules: String,
+    /// Rules of the right wheel.
+    pub right_rules: String,
+}
+
+impl Default for FuzzyFile {
+    fn default() -> Self {
+        Self {
+            error_full: 50,
+            change_full: 25,
+            slow_ratio: 0.5,
+            fast_ratio: 1.5,
+            listing_mean_mmps: 300,
+            table: "antisymmetric".into(),
+            left_rules: String::new(),
+            right_rules: String::new(),
         }
     }
 }

@@ -17,7 +17,7 @@ use super::super::{
     file::{MissionFile, NavigatorFile, OdometryFile, RobotFile, SonarFile, TeleoperatorFile},
     plan::{LinkPlan, RobotPlan, TeleoperatorPlan},
 };
-use super::{Checked, N_LINKS, choose, link, point, pose, range, seconds, unique};
+use super::{Checked, N_LINKS, choose, link, point, pose, range, ring, seconds, unique};
 
 /// Times that a path may be driven.
 const LAPS_MAX: u32 = 100;
@@ -50,6 +50,8 @@ fn group(key: &str, file: &RobotFile) -> Checked<Vec<RobotPlan>> {
     let first = pose(&format!("{key}.start"), file.start)?;
     let errors = odometry(key, &file.odometry, model.drive.wheelbase_m)?;
     let sonar = sonar(key, &file.sonar)?;
+    ring::fit(key, &file.sonar, &mut model)?;
+    ring::hears_ahead(key, &file.navigator, &model)?;
     let link = link(&format!("{key}.link"), &file.link, N_LINKS)?;
     if !model.speaks_arcos() && !matches!(link, LinkPlan::Direct) {
         let allowed = format!("`direct`: the line of {} is not simulated", model.title);
@@ -247,7 +249,10 @@ fn navigator(key: &str, robot: &RobotFile, model: &RobotModel) -> Checked<Naviga
     }
     let within_deg =
         range(at("goal_within_deg"), file.goal_within_deg, 0.5..=50.0, "from 0.5 to 50 degrees")?;
+    let (trail_fuzzy, trail_listing) = ring::fuzzy(key, &file.fuzzy)?;
     let settings = NavigatorSettings {
+        trail_fuzzy,
+        trail_listing,
         method: match choose(&at("route"), &file.route, &["trail", "direct", "path"])? {
             0 => Method::Trail,
             1 => Method::Direct,
