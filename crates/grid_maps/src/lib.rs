@@ -7,7 +7,6 @@
 //! | put a laser scan into it | [`ScanInserter`] |
 //! | put a sonar's cone into it | [`ConeInserter`]; [`for_each_cell`] for anything else |
 //! | work on a dense piece | [`LogOddsMap::prob_window`], [`Window`] |
-//! | multiply probabilities as printed equations do | [`probability`] |
 //! | match scans against obstacles | [`DistanceField`] |
 //! | cast rays by the million | [`RayMap`] |
 //! | read and write what others read | [`files`] |
@@ -50,7 +49,6 @@ mod error;
 pub mod files;
 mod lattice;
 mod log_odds;
-pub mod probability;
 mod ray;
 mod ray_map;
 mod scan;
