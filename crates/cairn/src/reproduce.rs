@@ -8,7 +8,7 @@ use std::{
 
 use anyhow::bail;
 use clap::ValueEnum;
-use experiments::{ALL, Options, Report};
+use experiments::{ALL, Options, Report, Sweep};
 use files::{Batch, Kind, Outputs};
 use indicatif::ProgressStyle;
 use run_context::RunSeed;
@@ -19,7 +19,8 @@ use crate::parse;
 /// Repeats a published experiment and writes a report with figures
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  cairn reproduce\n  cairn reproduce assistant-7.4\n  \
-    cairn reproduce assistant-7.5 --runs 500 --output results")]
+    cairn reproduce assistant-7.5 --runs 500 --output results\n  \
+    cairn reproduce assistant-7.4 --speeds 0.2,0.3,0.4 --sets 3,5 --runs 5 --output sweep")]
 pub(crate) struct Args {
     /// Which experiment; left out, the list of them
     experiment: Option<String>,
@@ -29,6 +30,21 @@ pub(crate) struct Args {
     /// Seed of the first run; the others follow
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse::seed)]
     seed: u64,
+    /// Speeds to sweep instead of the published ones, m/s (7.4, 7.5)
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    speeds: Vec<f64>,
+    /// Control periods to sweep, ms (7.4)
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    periods: Vec<u32>,
+    /// Perception radii to sweep, m (7.4)
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    sigmas: Vec<f64>,
+    /// Numbers of fuzzy sets to sweep, 3 or 5 (7.4)
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    sets: Vec<u32>,
+    /// Accelerations of the wheels to sweep, m/s² (7.4)
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    accelerations: Vec<f64>,
     /// Threads; one per core unless given. The results do not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     threads: usize,
@@ -71,6 +87,13 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
         n_runs: args.runs.unwrap_or(0),
         seed: RunSeed(args.seed),
         n_threads: args.threads,
+        sweep: Sweep {
+            speeds_mps: args.speeds.clone(),
+            periods_ms: args.periods.clone(),
+            sigmas_m: args.sigmas.clone(),
+            n_sets: args.sets.clone(),
+            accelerations_mps2: args.accelerations.clone(),
+        },
     };
     let bar = output::bar(0);
     if let Ok(style) =

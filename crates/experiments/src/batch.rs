@@ -109,7 +109,7 @@ mod tests {
             ];
             Mission::load("trail-45deg", &overrides)
         };
-        let options = Options { n_runs: 3, seed: RunSeed(5), n_threads };
+        let options = Options { n_runs: 3, seed: RunSeed(5), n_threads, ..Options::default() };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
         let outcomes = pool.install(|| run_all(2, make, &options, &|_, _| ())).unwrap();
         let last = |outcome: &Outcome| outcome.line_m().last().map(|p| (p.x, p.y)).unwrap();

@@ -26,7 +26,7 @@ pub use statistics::{Proportion, median};
 use run_context::RunSeed;
 
 /// How an experiment is repeated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Runs per setting; 0 for the experiment's own number.
     pub n_runs: u32,
@@ -34,11 +34,48 @@ pub struct Options {
     pub seed: RunSeed,
     /// Threads; 0 for one per core. The report does not depend on it, but for a table of computing times.
     pub n_threads: usize,
+    /// Conditions of one's own instead of the published ones.
+    pub sweep: Sweep,
+}
+
+/// Conditions to try in every combination; an empty list is the thesis's own condition. All empty: the
+/// experiment as published.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sweep {
+    /// Cruising speeds, m/s.
+    pub speeds_mps: Vec<f64>,
+    /// Control periods, ms.
+    pub periods_ms: Vec<u32>,
+    /// Perception radii, m.
+    pub sigmas_m: Vec<f64>,
+    /// Numbers of fuzzy sets: 3 or 5.
+    pub n_sets: Vec<u32>,
+    /// What the wheels accelerate with, m/s².
+    pub accelerations_mps2: Vec<f64>,
+}
+
+impl Sweep {
+    /// Whether nothing is asked for.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The names of what is asked for.
+    fn names(&self) -> Vec<&'static str> {
+        let given = [
+            ("speeds", self.speeds_mps.is_empty()),
+            ("periods", self.periods_ms.is_empty()),
+            ("sigmas", self.sigmas_m.is_empty()),
+            ("sets", self.n_sets.is_empty()),
+            ("accelerations", self.accelerations_mps2.is_empty()),
+        ];
+        given.into_iter().filter(|(_, is_empty)| !is_empty).map(|(name, _)| name).collect()
+    }
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { n_runs: 0, seed: RunSeed(1), n_threads: 0 }
+        Self { n_runs: 0, seed: RunSeed(1), n_threads: 0, sweep: Sweep::default() }
     }
 }
 
@@ -61,6 +98,12 @@ pub enum ExperimentError {
     /// A recording cannot be mapped as the document describes.
     #[error("a recording of the experiment cannot be mapped as described: {0}")]
     Described(#[from] continuous_localisation::classic::ClassicError),
+    /// The ideal loop of an experiment cannot be set up.
+    #[error("the ideal loop of the experiment is refused: {0}")]
+    Ideal(String),
+    /// Conditions that an experiment does not have.
+    #[error("{0}")]
+    Sweep(String),
     /// A map cannot be drawn.
     #[error("a map of the experiment cannot be drawn: {0}")]
     Map(#[from] grid_maps::MapError),
@@ -83,6 +126,8 @@ pub struct Experiment {
     pub title: &'static str,
     /// Runs per setting unless asked otherwise.
     pub n_runs: u32,
+    /// Which conditions can be swept.
+    sweeps: &'static [&'static str],
     body: Body,
 }
 
@@ -91,14 +136,21 @@ impl Experiment {
     ///
     /// # Errors
     ///
-    /// [`ExperimentError`] when a mission is refused, or threads or figures cannot be made.
+    /// [`ExperimentError`] when a mission or a sweep is refused, or threads or figures cannot be made.
     pub fn run(
         &self,
         options: &Options,
         progress: Progress<'_>,
     ) -> Result<Report, ExperimentError> {
         let n_runs = if options.n_runs == 0 { self.n_runs } else { options.n_runs };
-        let options = Options { n_runs, ..*options };
+        let options = Options { n_runs, ..options.clone() };
+        if let Some(foreign) = options.sweep.names().iter().find(|n| !self.sweeps.contains(n)) {
+            let can = if self.sweeps.is_empty() { "nothing" } else { &self.sweeps.join(", ") };
+            return Err(ExperimentError::Sweep(format!(
+                "{} does not sweep {foreign}: it sweeps {can}",
+                self.name
+            )));
+        }
         let pool = rayon::ThreadPoolBuilder::new().num_threads(options.n_threads).build()?;
         pool.install(|| (self.body)(&options, progress))
     }
@@ -110,18 +162,21 @@ pub const ALL: [Experiment; 3] = [
         name: "assistant-7.4",
         title: "Following virtual pheromones: trajectories, and sweeps of speed, period, radius and sets",
         n_runs: 20,
+        sweeps: &["speeds", "periods", "sigmas", "sets", "accelerations"],
         body: assistant_trails::run,
     },
     Experiment {
         name: "assistant-7.5",
         title: "Bubble rebound: obstacles missed against speed, and a person who crosses",
         n_runs: 200,
+        sweeps: &["speeds"],
         body: assistant_avoidance::run,
     },
     Experiment {
         name: "sonar-slam",
         title: "Sonar maps and continuous localisation: E1 to E4 against the truth, X1 to X4, V1, V1b, V2",
         n_runs: 20,
+        sweeps: &[],
         body: sonar_slam::run,
     },
 ];

@@ -101,9 +101,9 @@ impl Cone {
     }
 
     /// The first thing along one line of sight, within the range.
-    pub fn cast(&self, slope: f64, scene: &impl ConeScene) -> Option<Sighting> {
+    pub fn cast(&self, slope_ratio: f64, scene: &impl ConeScene) -> Option<Sighting> {
         let axis = self.axis;
-        let in_sensor = Vec2::new(1.0, slope).normalize();
+        let in_sensor = Vec2::new(1.0, slope_ratio).normalize();
         let left = Vec2::new(-axis.y, axis.x);
         let direction = in_sensor.x * axis + in_sensor.y * left;
         let ray = Ray { origin: self.world_from_sensor.position(), direction };
@@ -116,15 +116,15 @@ impl Cone {
         })
     }
 
-    /// The first of `n` lines of sight whose slope is at least `slope`; `n` if there is none.
-    pub fn first_slope_from(&self, slope: f64, n: usize) -> usize {
+    /// The first of `n` lines of sight whose slope is at least `slope_ratio`; `n` if there is none.
+    pub fn first_slope_from(&self, slope_ratio: f64, n: usize) -> usize {
         if n < 2 {
-            return if slope <= 0.0 { 0 } else { n };
+            return if slope_ratio <= 0.0 { 0 } else { n };
         }
         let edge = self.edge;
-        let steps = (slope / edge + 1.0) * 0.5 * (n - 1) as f64;
+        let steps = (slope_ratio / edge + 1.0) * 0.5 * (n - 1) as f64;
         let guess = steps.floor().clamp(0.0, n as f64) as usize;
-        (guess..n).find(|&index| self.slope(index, n) >= slope).unwrap_or(n)
+        (guess..n).find(|&index| self.slope(index, n) >= slope_ratio).unwrap_or(n)
     }
 
     /// Slope (tangent of the bearing) of line of sight `index` of `n` over the cone, the first along

@@ -14,7 +14,7 @@ use super::{
 };
 
 fn options(n_runs: u32, n_threads: usize) -> Options {
-    Options { n_runs, seed: RunSeed(5), n_threads }
+    Options { n_runs, seed: RunSeed(5), n_threads, ..Options::default() }
 }
 
 fn in_pool<T: Send>(n_threads: usize, work: impl FnOnce() -> T + Send) -> T {

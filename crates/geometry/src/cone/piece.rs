@@ -83,9 +83,9 @@ impl Piece {
     }
 
     /// The point of it at a slope between its ends.
-    pub fn at_slope(&self, slope: f64) -> Sighting {
-        let depth_m = 1.0 / self.inverse_depth(slope);
-        let point = Vec2::new(depth_m, depth_m * slope);
+    pub fn at_slope(&self, slope_ratio: f64) -> Sighting {
+        let depth_m = 1.0 / self.inverse_depth(slope_ratio);
+        let point = Vec2::new(depth_m, depth_m * slope_ratio);
         match self.surface {
             Surface::Line { .. } => self.on_line(point, self.ends().1),
             Surface::Disc { centre, radius_m } => Sighting {
