@@ -14,18 +14,28 @@ pub(crate) enum Hazard {
     Ahead,
 }
 
-/// How much of the way ahead is looked at, metres.
+/// How much of the way ahead is looked at at 0.3 m/s, metres; at higher speeds as much more as braking takes.
 const LOOK_M: f64 = 1.3;
 
-/// Points of the way ahead.
-const N_AHEAD_MAX: usize = 16;
+/// The speed that [`LOOK_M`] is for, metres per second.
+const LOOK_SPEED_MPS: f64 = 0.3;
+
+/// Points of the way ahead: 3.6 m of preview.
+const N_AHEAD_MAX: usize = 32;
+
+/// Speed where the way is narrow, metres per second, and as a part of the cruising speed.
+const NARROW_MPS: f64 = 0.2;
+const NARROW_RATIO: f64 = 0.6;
+
+/// A robot is taken to come up to things with at least this speed, metres per second.
+const COMES_UP_MPS: f64 = 0.24;
 
 /// What must stay free beside the robot on its way, metres.
 const WAY_MARGIN_M: f64 = 0.05;
 
 /// Room to keep between the nose and a thing after stopping, metres: enough to turn in place,
 /// since the rear corners reach 0.16 m further than the nose.
-const STAND_OFF_M: f64 = 0.30;
+pub(crate) const STAND_OFF_M: f64 = 0.30;
 
 /// Only what was heard so lately blocks the way of a moving robot: each sonar of eight fires every
 /// 320 ms, and what is still there is heard again.
@@ -93,7 +103,23 @@ impl Navigator {
         let width_m = self.config.footprint.half_width_m() + 3.0 * WAY_MARGIN_M;
         let recent = self.recent(now);
         let first_m = self.echoes.first_on_path_m(self.way().points(), width_m, recent);
-        if first_m.is_some_and(|m| m < 0.9) { 0.6 } else { 1.0 }
+        let Some(first_m) = first_m else { return 1.0 };
+        let cruise_mps = self.config.settings.speed_mps;
+        let slow_ratio = NARROW_RATIO.min(NARROW_MPS / cruise_mps);
+        if cruise_mps <= LOOK_SPEED_MPS {
+            return if first_m < 0.9 { slow_ratio } else { 1.0 };
+        }
+        // v² ≤ v_narrow² + 2 a d
+        let more_mps = self.speed_to_stand_mps(first_m - 0.9, now);
+        ((slow_ratio * cruise_mps).hypot(more_mps) / cruise_mps).min(1.0)
+    }
+
+    /// How much of the way ahead is looked at, metres.
+    fn look_m(&self) -> f64 {
+        let settings = &self.config.settings;
+        let (v, v0) = (settings.speed_mps.max(LOOK_SPEED_MPS), LOOK_SPEED_MPS);
+        let braking_m = (v * v - v0 * v0) / (1.6 * settings.acceleration_mps2);
+        LOOK_M + (braking_m + (v - v0) * (settings.control_period_s + 0.1)).min(2.2)
     }
 
     fn recent(&self, now: Stamp) -> Stamp {
@@ -114,7 +140,8 @@ impl Navigator {
         let way = self.way();
         let end_m = if way.ends { way.length_m() } else { f64::INFINITY };
         let front_m = self.config.footprint.front_m();
-        let speed_mps = self.speed_mps().max(0.8 * settings.speed_mps);
+        let least_mps = COMES_UP_MPS.min(0.8 * settings.speed_mps);
+        let speed_mps = self.speed_mps().max(least_mps);
         let reach_m = STAND_OFF_M
             + 0.1 * speed_mps
             + 0.5 * speed_mps * speed_mps / settings.acceleration_mps2;
@@ -156,7 +183,7 @@ impl Navigator {
             way.ends = !self.machine.is_detouring();
             way.push(target);
         } else {
-            way.push(self.pose.position() + self.pose.heading() * LOOK_M);
+            way.push(self.pose.position() + self.pose.heading() * self.look_m());
         }
         way
     }
@@ -167,6 +194,7 @@ impl Navigator {
     }
 
     fn extend_along_preview(&self, way: &mut Way) {
+        let look_m = self.look_m();
         let mut length_m = 0.0;
         let mut last = self.pose.position();
         let mut direction = self.pose.heading();
@@ -182,11 +210,11 @@ impl Navigator {
             length_m += step.norm();
             direction = step / step.norm();
             last = *point;
-            if length_m > LOOK_M {
+            if length_m > look_m {
                 return;
             }
         }
-        way.push(last + direction * (LOOK_M - length_m));
+        way.push(last + direction * (look_m - length_m));
     }
 }
 

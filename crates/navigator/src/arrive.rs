@@ -15,8 +15,26 @@ use crate::{
     view::Phase,
 };
 
-/// A goal with this much freedom counts as reached when the robot has passed it, metres.
-const PASSED_TOLERANCE_M: f64 = 0.20;
+/// So near to its goal a robot that has driven past it stops and looks where it stands, metres.
+const PASSED_WITHIN_M: f64 = 0.5;
+
+/// Times that a robot which stands beside its goal tries to stand better.
+const N_CORRECTIONS_MAX: u32 = 6;
+
+/// A goal so near behind the robot is backed up to, metres.
+const BACK_UP_MAX_M: f64 = 0.4;
+
+/// ... if it lies so straight behind it, radians.
+const BACK_UP_BEARING_RAD: f64 = 0.4;
+
+/// Bearing of the goal from which the robot turns on the spot, radians.
+const TURN_TO_GOAL_FROM_RAD: f64 = 0.4;
+
+/// Slowest speed to the goal, metres per second: two of the steps in which wheels are told their speed.
+const CREEP_MPS: f64 = 0.04;
+
+/// Time to come to rest, and to back up.
+const SETTLE_LIMIT: Duration = Duration::from_secs(6);
 
 /// Times that a turn is ordered before it is given up.
 const N_TURN_ORDERS_MAX: u32 = 3;
@@ -53,36 +71,57 @@ pub(crate) enum TurnStatus {
     GaveUp,
 }
 
+/// The way to the goal's exact place.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Homing {
+    stage: Stage,
+    since: Stamp,
+    /// Times that it stood beside the goal and tried again.
+    n_corrections: u32,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Stage {
+    /// Forward, steering for the goal.
+    #[default]
+    Drive,
+    /// Turns to the goal on the spot, then drives.
+    Aim,
+    /// Straight back to a goal that was passed.
+    BackUp,
+    /// Told to stop; where it stands is measured when it does.
+    Settle,
+}
+
+impl Homing {
+    /// The stage to begin with; corrections are counted on.
+    pub(crate) fn restart(&mut self) {
+        self.stage = Stage::Drive;
+    }
+}
+
 impl Navigator {
-    /// Drives straight to the goal and stops there.
+    /// Drives straight to the goal, stands, measures where it stands, and tries again if that is not there.
     pub(crate) fn approach_step(&mut self, now: Stamp, commands: &mut Vec<Command>) {
+        match self.homing.stage {
+            Stage::Drive | Stage::Aim => self.home_step(now, commands),
+            Stage::BackUp => self.back_up_step(now, commands),
+            Stage::Settle => self.settle_step(now, commands),
+        }
+    }
+
+    fn home_step(&mut self, now: Stamp, commands: &mut Vec<Command>) {
         let Some(goal) = self.goal_point() else { return };
-        let settings = &self.config.settings;
-        let way = goal - self.pose.position();
-        let distance_m = way.norm();
-        let ahead_m = way.dot(&self.pose.heading());
-        let passed =
-            ahead_m <= 0.01 && distance_m <= PASSED_TOLERANCE_M.max(settings.goal_tolerance_m);
-        if distance_m <= settings.goal_tolerance_m || passed && self.turn.is_none() {
-            self.stop_wheels(commands);
-            self.turn = None;
-            self.enter(Phase::AlignHeading, now);
+        if self.turn.is_none() && self.homing.stage == Stage::Drive && self.is_time_to_stop(now) {
+            self.settle(now, commands);
             return;
         }
-        let bearing_rad = wrap_to_pi(way.y.atan2(way.x) - self.pose.yaw_rad);
-        if self.turn.is_some() || bearing_rad.abs() > 0.4 {
-            let heading_rad = way.y.atan2(way.x);
-            match self.turn_to(heading_rad, 0.1, now, commands) {
-                TurnStatus::Turning => {}
-                TurnStatus::Done => {
-                    self.line_from = self.pose.position();
-                    self.n_approach_aims += 1;
-                }
-                TurnStatus::GaveUp => self.fail(FailureReason::Stuck, now, commands),
-            }
-            if self.n_approach_aims > 8 {
-                self.fail(FailureReason::NoProgress, now, commands);
-            }
+        let pose = self.pose_now(now);
+        let way = goal - pose.position();
+        let bearing_rad = wrap_to_pi(way.y.atan2(way.x) - pose.yaw_rad);
+        let aims = self.homing.stage == Stage::Aim || bearing_rad.abs() > TURN_TO_GOAL_FROM_RAD;
+        if self.turn.is_some() || aims {
+            self.turn_to_goal(now, commands);
             return;
         }
         if self.hazard(now) != Hazard::None {
@@ -90,21 +129,132 @@ impl Navigator {
             self.begin_wait(now);
             return;
         }
-        let acceleration = settings.acceleration_mps2;
-        // 0.8: half a period passes before a slower reference is acted upon.
-        let braking_mps = 0.8 * (2.0 * acceleration * (distance_m - 0.02).max(0.0)).sqrt();
+        let settings = &self.config.settings;
+        let left_m = (goal - self.pose.position()).norm();
+        let creep_mps = self.creep_mps();
         let speed_mps =
-            braking_mps.min(settings.speed_mps).max(SPEED_MIN_MPS.min(settings.speed_mps));
-        let wheels = self.line_steering.step(self.pose, self.line_from, goal, speed_mps);
+            self.speed_to_stand_mps(left_m, now).min(self.way_speed_mps(now)).max(creep_mps);
+        let speed_mps = speed_mps.min(settings.speed_mps);
+        let wheels = self.line_steering.step(self.sight(), self.line_from, goal, speed_mps);
         self.drive(wheels, commands);
     }
 
+    fn turn_to_goal(&mut self, now: Stamp, commands: &mut Vec<Command>) {
+        let Some(goal) = self.goal_point() else { return };
+        let way = goal - self.pose.position();
+        match self.turn_to(way.y.atan2(way.x), 0.1, now, commands) {
+            TurnStatus::Turning => {}
+            TurnStatus::Done => {
+                self.homing.stage = Stage::Drive;
+                self.line_from = self.pose.position();
+                self.n_approach_aims += 1;
+            }
+            TurnStatus::GaveUp => self.fail(FailureReason::Stuck, now, commands),
+        }
+        if self.n_approach_aims > 8 {
+            self.fail(FailureReason::MissedGoal, now, commands);
+        }
+    }
+
+    /// Slowest speed to the goal: a period of it is half of what the robot may miss it by.
+    fn creep_mps(&self) -> f64 {
+        let settings = &self.config.settings;
+        let fine_mps = 0.5 * settings.goal_tolerance_m / settings.control_period_s;
+        fine_mps.clamp(CREEP_MPS, SPEED_MIN_MPS).min(settings.speed_mps)
+    }
+
+    /// Whether a robot that is told to stop now stands at the goal, or has passed it.
+    fn is_time_to_stop(&self, now: Stamp) -> bool {
+        let Some(goal) = self.goal_point() else { return false };
+        let pose = self.pose_now(now);
+        let way = goal - pose.position();
+        let ahead_m = way.dot(&pose.heading());
+        let margin_m = (0.25 * self.config.settings.goal_tolerance_m).min(0.02);
+        let moves = self.status.is_some_and(|s| s.moving) || self.motion.linear_mps() > 0.0;
+        let there = way.norm() <= margin_m;
+        let passes = moves && way.norm() < PASSED_WITHIN_M;
+        there || passes && ahead_m <= self.stopping_way_m() + 0.5 * margin_m
+    }
+
+    /// Between two control steps: a report says that it is time to stop at the goal.
+    pub(crate) fn brake_at_goal(&mut self, now: Stamp, commands: &mut Vec<Command>) {
+        let homes = self.phase == Phase::Approach && self.homing.stage == Stage::Drive;
+        if homes
+            && self.turn.is_none()
+            && self.motion.linear_mps() > 0.0
+            && self.is_time_to_stop(now)
+        {
+            self.settle(now, commands);
+        }
+    }
+
+    fn settle(&mut self, now: Stamp, commands: &mut Vec<Command>) {
+        self.stop_wheels(commands);
+        self.turn = None;
+        self.homing.stage = Stage::Settle;
+        self.homing.since = now;
+    }
+
+    /// Measures where it stands once it does.
+    fn settle_step(&mut self, now: Stamp, commands: &mut Vec<Command>) {
+        let Some(goal) = self.goal_point() else { return };
+        if !self.stillness.is_at_rest() {
+            self.stop_wheels(commands);
+            if now.since(self.homing.since) > SETTLE_LIMIT {
+                self.fail(FailureReason::TimedOut, now, commands);
+            }
+            return;
+        }
+        let way = goal - self.pose.position();
+        if way.norm() <= self.config.settings.goal_tolerance_m {
+            self.enter(Phase::AlignHeading, now);
+            return;
+        }
+        self.homing.n_corrections += 1;
+        self.homing.since = now;
+        if self.homing.n_corrections > N_CORRECTIONS_MAX {
+            self.fail(FailureReason::MissedGoal, now, commands);
+            return;
+        }
+        let behind = -way;
+        let bearing_rad = wrap_to_pi(behind.y.atan2(behind.x) - self.pose.yaw_rad);
+        let back_up = way.norm() <= BACK_UP_MAX_M
+            && bearing_rad.abs() <= BACK_UP_BEARING_RAD
+            && self.retreat_room_m() > 0.04;
+        self.homing.stage = if back_up { Stage::BackUp } else { Stage::Aim };
+    }
+
+    fn back_up_step(&mut self, now: Stamp, commands: &mut Vec<Command>) {
+        let Some(goal) = self.goal_point() else { return };
+        let pose = self.pose_now(now);
+        let behind_m = (pose.position() - goal).dot(&pose.heading());
+        let stalled = self.status.is_some_and(|s| s.stalled[0] || s.stalled[1]);
+        let done = behind_m <= self.stopping_way_m()
+            || self.retreat_room_m() < 0.03
+            || stalled
+            || now.since(self.homing.since) > SETTLE_LIMIT;
+        if done {
+            self.settle(now, commands);
+        } else {
+            self.drive(WheelReference::straight(-self.creep_mps()), commands);
+        }
+    }
+
+    /// Turns to the goal's heading; arrived is who then stands, at the place and looking the way asked for.
     pub(crate) fn align_step(&mut self, now: Stamp, commands: &mut Vec<Command>) {
         let Some(goal) = self.goal else { return };
         let tolerance_rad = self.config.settings.heading_tolerance_rad;
         match self.turn_to(goal.se2().yaw_rad, tolerance_rad, now, commands) {
             TurnStatus::Turning => {}
+            TurnStatus::Done if !self.stillness.is_at_rest() => {}
             TurnStatus::Done => {
+                let off_m = (goal.se2().position() - self.pose.position()).norm();
+                if off_m > self.config.settings.goal_tolerance_m {
+                    // Turning has moved it away.
+                    self.enter(Phase::Approach, now);
+                    self.settle(now, commands);
+                    return;
+                }
                 self.forget_task(now);
                 self.goal = Some(goal);
                 self.enter(Phase::Arrived, now);

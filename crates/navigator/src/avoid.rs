@@ -61,6 +61,9 @@ const N_TARGETS_MAX: usize = 12;
 /// Speed on a detour relative to cruising: it leads past things.
 const DETOUR_PACE: f64 = 0.7;
 
+/// ... of at most this, metres per second.
+const DETOUR_OF_MPS: f64 = 0.3;
+
 impl Navigator {
     /// Something is in the way: wait a little, or go around at once.
     pub(crate) fn begin_wait(&mut self, now: Stamp) {
@@ -201,13 +204,14 @@ impl Navigator {
             Motion::Follow => {
                 let Some((from, to)) = self.machine.line() else { return };
                 let left_m = (to - self.pose.position()).norm();
-                let braking_mps = 0.8 * (2.0 * settings.acceleration_mps2 * left_m).sqrt();
                 let aside = self.phase != Phase::DriveToTarget || self.machine.is_detouring();
-                let pace = if aside { DETOUR_PACE.min(self.pace(now)) } else { self.pace(now) };
-                let speed_mps = (pace * settings.speed_mps)
-                    .min(braking_mps)
+                let aside_mps = DETOUR_PACE * settings.speed_mps.min(DETOUR_OF_MPS);
+                let most_mps = if aside { aside_mps } else { settings.speed_mps };
+                let speed_mps = most_mps
+                    .min(self.way_speed_mps(now))
+                    .min(self.speed_to_stand_mps(left_m, now))
                     .max(SPEED_MIN_MPS.min(settings.speed_mps));
-                let wheels = self.line_steering.step(self.pose, from, to, speed_mps);
+                let wheels = self.line_steering.step(self.sight(), from, to, speed_mps);
                 self.drive(wheels, commands);
             }
             Motion::BackOff => self.drive(WheelReference::straight(-SPEED_MIN_MPS), commands),
@@ -318,7 +322,7 @@ impl Navigator {
 
     /// How far the robot may back off: over the straight way it has just come, or where the side
     /// sonars have heard enough to know.
-    fn retreat_room_m(&self) -> f64 {
+    pub(crate) fn retreat_room_m(&self) -> f64 {
         let known_m = self.straight_m.min(RETREAT_M);
         let behind = |m: f64| {
             let heading = self.pose.heading();

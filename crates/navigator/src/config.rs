@@ -126,6 +126,8 @@ pub struct NavigatorSettings {
     pub control_period_s: f64,
     /// What the wheels can do, metres per second squared, from 0.05 to 5; for stopping distances.
     pub acceleration_mps2: f64,
+    /// The fastest that a wheel of this robot can turn, metres per second, from 0.05 to 10.
+    pub speed_max_mps: f64,
     /// Whether to turn in place towards the trail before driving off on it, and where it leads far
     /// to the side; otherwise the law of the trail does all turning, as in the thesis's experiment 7.4.
     pub turn_first: bool,
@@ -249,8 +251,16 @@ impl NavigatorSettings {
             sensors,
             outline_m: model.footprint.corners().to_vec(),
             drive: model.drive,
+            speed_max_mps: model.limits.speed_max_mps,
             ..Self::default()
         }
+    }
+}
+
+impl NavigatorSettings {
+    /// No wheel is asked for more: H is 1.5 times the cruising speed, and the robot has its limit, m/s.
+    pub(crate) fn wheel_speed_max_mps(&self) -> f64 {
+        (WHEEL_SPEED_MAX_RATIO * self.speed_mps).min(self.speed_max_mps)
     }
 }
 
@@ -269,6 +279,7 @@ impl Default for NavigatorSettings {
             speed_mps: 0.3,
             control_period_s: 0.2,
             acceleration_mps2: 0.3,
+            speed_max_mps: 2.2,
             turn_first: true,
             wait_s: 2.5,
             near_m: 0.25,
@@ -337,6 +348,8 @@ impl NavigatorConfig {
 const SETTLE_MIN: Duration = Duration::from_millis(500);
 /// From a ping to the report that brings it, at most.
 const REPORTED_AFTER: Duration = Duration::from_millis(100);
+/// A path is rejoined as exactly as this, metres, so that the robot is on it from there on.
+const PATH_NEAR_M: f64 = 0.1;
 
 /// No wheel is asked for more than this times the cruising speed; H is 1.5 times it.
 const WHEEL_SPEED_MAX_RATIO: f64 = 1.6;
@@ -348,7 +361,7 @@ fn trail_steering(s: &NavigatorSettings) -> Result<TrailSteering, SettingError> 
     let config = TrailFollowerConfig {
         law: s.trail_controller.law(s.trail_fuzzy, s.trail_listing),
         wheelbase_m: s.drive.wheelbase_m,
-        wheel_speed_max_mps: WHEEL_SPEED_MAX_RATIO * s.speed_mps,
+        wheel_speed_max_mps: s.wheel_speed_max_mps(),
         ..TrailFollowerConfig::default()
     };
     Ok(TrailSteering::of_follower(TrailFollower::new(config)?, s.control_period_s))
@@ -359,7 +372,7 @@ fn machine_config(s: &NavigatorSettings) -> MachineConfig {
     MachineConfig {
         variant: s.variant,
         period_s: s.control_period_s,
-        near_m: s.near_m,
+        near_m: if s.method == Method::Path { s.near_m.min(PATH_NEAR_M) } else { s.near_m },
         detour_m: s.detour_m,
         rebounds_max: s.attempts_max,
         // Every sensor has fired once after the robot stopped, and was reported.
@@ -393,7 +406,7 @@ impl TryFrom<NavigatorSettings> for NavigatorConfig {
             path_follower: PathFollower::new(PathFollowerConfig {
                 law: s.path_controller.law(),
                 wheelbase_m: s.drive.wheelbase_m,
-                wheel_speed_max_mps: WHEEL_SPEED_MAX_RATIO * s.speed_mps,
+                wheel_speed_max_mps: s.wheel_speed_max_mps(),
             })?,
         };
         Ok(Self { settings, bubble, footprint, period, wait, parts })
@@ -405,6 +418,7 @@ fn check_ranges(s: &NavigatorSettings) -> Result<(), ConfigError> {
         ("speed_mps", s.speed_mps, 0.05, 1.0, "from 0.05 to 1 m/s"),
         ("control_period_s", s.control_period_s, 0.05, 2.0, "from 0.05 to 2 s"),
         ("acceleration_mps2", s.acceleration_mps2, 0.05, 5.0, "from 0.05 to 5 m/s²"),
+        ("speed_max_mps", s.speed_max_mps, 0.05, 10.0, "from 0.05 to 10 m/s"),
         ("wait_s", s.wait_s, 0.0, 60.0, "from 0 to 60 s"),
         ("near_m", s.near_m, 0.05, 2.0, "from 0.05 to 2 m"),
         ("detour_m", s.detour_m, 0.1, 5.0, "from 0.1 to 5 m"),

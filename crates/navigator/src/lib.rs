@@ -20,6 +20,7 @@
 //! extensions. Tests drive it in a closed loop against a world of segments and ideal sonars.
 
 mod ahead;
+mod along_path;
 mod arrive;
 mod avoid;
 mod config;
@@ -27,6 +28,7 @@ mod inquiry;
 mod messages;
 mod navigator;
 mod scout;
+mod speed;
 mod steer;
 mod trail;
 mod view;

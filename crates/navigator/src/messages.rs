@@ -151,11 +151,13 @@ pub enum FailureReason {
     ServerSilent,
     /// The order itself makes no sense, such as a goal that is not finite.
     BadGoal,
+    /// The robot stands beside its goal and does not get within the tolerance.
+    MissedGoal,
 }
 
 impl FailureReason {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::NoTrail,
         Self::NoTrailToGoal,
         Self::TrailLost,
@@ -166,6 +168,7 @@ impl FailureReason {
         Self::LinkLost,
         Self::ServerSilent,
         Self::BadGoal,
+        Self::MissedGoal,
     ];
 
     /// The word for it in files.
@@ -181,6 +184,7 @@ impl FailureReason {
             Self::LinkLost => "link_lost",
             Self::ServerSilent => "server_silent",
             Self::BadGoal => "bad_goal",
+            Self::MissedGoal => "missed_goal",
         }
     }
 
@@ -197,6 +201,7 @@ impl FailureReason {
             Self::LinkLost => "the vehicle does not answer",
             Self::ServerSilent => "the pheromone server does not answer",
             Self::BadGoal => "the goal is not a pose",
+            Self::MissedGoal => "cannot stand as near to its goal as asked",
         }
     }
 }

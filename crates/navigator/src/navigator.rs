@@ -8,7 +8,8 @@ use run_context::Stamp;
 
 use crate::{
     ahead::Hazard,
-    arrive::Turn,
+    along_path::PathRoute,
+    arrive::{Homing, Turn},
     avoid::Bypass,
     config::{Method, NavigatorConfig},
     inquiry::{Asker, Inquiry},
@@ -17,7 +18,8 @@ use crate::{
         Sensed,
     },
     scout::{Scout, Starts},
-    steer::{LineSteering, TrailSteering, to_wheels},
+    speed::Stillness,
+    steer::{LineSteering, Sight, TrailSteering, to_wheels},
     view::{NavigatorView, Phase},
 };
 
@@ -33,7 +35,10 @@ pub struct Navigator {
     pub(crate) config: NavigatorConfig,
     pub(crate) map_from_odom: Transform2<Map, Odom>,
     pub(crate) status: Option<RobotStatus>,
-    status_at: Stamp,
+    pub(crate) status_at: Stamp,
+    /// What time the last report is about.
+    pub(crate) status_about: Stamp,
+    pub(crate) stillness: Stillness,
     link_up: bool,
     pub(crate) pose: Se2,
     covariance: PoseCovariance,
@@ -54,12 +59,13 @@ pub struct Navigator {
     via: Vec<Vec2>,
     n_via_done: usize,
     /// The given path of the path method.
-    pub(crate) path: Option<Path>,
+    pub(crate) route: Option<PathRoute>,
     pub(crate) path_follower: PathFollower,
     /// The path ahead: where the trail runs, or the given path.
     pub(crate) preview: Vec<Vec2>,
     pub(crate) preview_index: usize,
     pub(crate) turn: Option<Turn>,
+    pub(crate) homing: Homing,
     pub(crate) next_control: Stamp,
     task_since: Stamp,
     progress_at: Stamp,
@@ -92,6 +98,8 @@ impl Navigator {
             map_from_odom,
             status: None,
             status_at: Stamp::ZERO,
+            status_about: Stamp::ZERO,
+            stillness: Stillness::default(),
             link_up: true,
             pose: map_from_odom.se2(),
             covariance: PoseCovariance::zero(),
@@ -109,11 +117,12 @@ impl Navigator {
             goal: None,
             via: Vec::new(),
             n_via_done: 0,
-            path: None,
+            route: None,
             path_follower: parts.path_follower,
             preview: Vec::with_capacity(1024),
             preview_index: 0,
             turn: None,
+            homing: Homing::default(),
             next_control: Stamp::ZERO,
             task_since: Stamp::ZERO,
             progress_at: Stamp::ZERO,
@@ -143,7 +152,9 @@ impl Navigator {
 
     /// The path (m, map) that the path method follows to its goal, from start to goal.
     pub fn set_path(&mut self, path_in_map: Path) {
-        self.path = Some(path_in_map);
+        let route = PathRoute::new(path_in_map, &self.config.settings);
+        self.preview.reserve(route.n_preview_points());
+        self.route = Some(route);
     }
 
     /// Takes in what was observed and appends what shall be done.
@@ -247,6 +258,8 @@ impl Navigator {
         self.pose = pose;
         self.status = Some(status);
         self.status_at = now;
+        self.status_about = about;
+        self.stillness.note(about, &status);
         self.link_up = true;
         let n_sonars = status.n_sonars.min(N_SONARS_MAX);
         let ranges_m = &status.sonar_ranges_m[..n_sonars];
@@ -258,6 +271,7 @@ impl Navigator {
         if self.motion.linear_mps() > 0.0 && self.hazard(now) != Hazard::None {
             self.stop_wheels(commands);
         }
+        self.brake_at_goal(now, commands);
     }
 
     /// `pose` is new, `self.pose` as well; the way since the last status is in the wheels' speeds.
@@ -321,24 +335,6 @@ impl Navigator {
             }
             Method::Path => self.begin_path(now, commands),
         }
-    }
-
-    fn begin_path(&mut self, now: Stamp, commands: &mut Vec<Command>) {
-        let Some(path) = &self.path else {
-            self.fail(FailureReason::NoTrail, now, commands);
-            return;
-        };
-        // Resampled like a scout's walk, so that everything after works on both.
-        self.preview.clear();
-        let n_steps = (path.length_m() / 0.12).ceil().clamp(1.0, 4000.0);
-        for k in 0..=(n_steps as u32) {
-            let along_m = path.length_m() * f64::from(k) / n_steps;
-            self.preview.push(path.point_at(along_m));
-        }
-        self.preview_index = 0;
-        self.path_follower.restart();
-        self.scout.clear();
-        self.enter(Phase::FollowTrail, now);
     }
 
     /// One control period.
@@ -409,6 +405,7 @@ impl Navigator {
     pub(crate) fn enter(&mut self, phase: Phase, now: Stamp) {
         if phase == Phase::Approach && self.phase != Phase::Approach {
             self.line_from = self.pose.position();
+            self.homing.restart();
         }
         if phase != self.phase {
             self.turn = None;
@@ -446,6 +443,7 @@ impl Navigator {
         self.n_aims = 0;
         self.n_via_done = 0;
         self.n_approach_aims = 0;
+        self.homing = Homing::default();
         self.nearest_m = f64::INFINITY;
         self.trail_steering.forget();
     }
@@ -470,6 +468,11 @@ impl Navigator {
 
     pub(crate) fn goal_point(&self) -> Option<Vec2> {
         self.goal.map(|goal| goal.se2().position())
+    }
+
+    /// What is known of where the robot is.
+    pub(crate) fn sight(&self) -> Sight {
+        Sight { pose: self.pose, about: self.status_about }
     }
 
     /// Measured speed over ground, metres per second.

@@ -183,12 +183,20 @@ impl Navigator {
         self.trail_steering.forget();
         self.last_own_at = now;
         self.lost_from = None;
-        self.advance_on_preview(now, true);
+        if self.config.settings.method == Method::Path {
+            self.take_up_path(now);
+        } else {
+            self.advance_on_preview(now, true);
+        }
         self.enter(Phase::FollowTrail, now);
     }
 
-    /// One control period on the trail or path.
+    /// One control period on the trail, or along a given path.
     pub(crate) fn follow_control(&mut self, now: Stamp, commands: &mut Vec<Command>) {
+        if self.config.settings.method == Method::Path {
+            self.path_control(now, commands);
+            return;
+        }
         self.advance_on_preview(now, false);
         let settings = &self.config.settings;
         let at_end = self.preview_ahead_m() < 0.4 && self.scout.status() != Walk::Going;
@@ -204,10 +212,6 @@ impl Navigator {
         if self.hazard(now) != Hazard::None {
             self.stop_wheels(commands);
             self.begin_wait(now);
-            return;
-        }
-        if settings.method == Method::Path {
-            self.follow_path_step(now, at_end, commands);
             return;
         }
         self.stand_without_answers(now, commands);
@@ -248,11 +252,8 @@ impl Navigator {
         if self.phase == Phase::LostTrail {
             self.begin_following(now);
         }
-        let cruise_mps = self.config.settings.speed_mps;
-        let pace = self.pace(now);
-        let measured = self.speed_mps() / cruise_mps;
-        let wheels =
-            self.trail_steering.step(left, right, pace * cruise_mps, measured.clamp(0.34, 1.0));
+        let speed_mps = self.trail_speed_mps(now);
+        let wheels = self.trail_steering.step(left, right, speed_mps, self.trail_pace());
         self.drive(wheels, commands);
     }
 
@@ -273,19 +274,6 @@ impl Navigator {
         }
         self.stand_without_answers(now, commands);
         self.own_wanted = true;
-    }
-
-    fn follow_path_step(&mut self, now: Stamp, at_end: bool, commands: &mut Vec<Command>) {
-        let Some(path) = &self.path else { return };
-        let speed_mps = self.pace(now) * self.config.settings.speed_mps;
-        let wheels = self.path_follower.step(path, self.pose, speed_mps, self.config.period);
-        let remaining_m = self.path_follower.progress().map_or(f64::INFINITY, |p| p.remaining_m);
-        if at_end && remaining_m < 0.2 {
-            // The path ends too far from the goal to go there blindly.
-            self.fail(FailureReason::NoTrailToGoal, now, commands);
-            return;
-        }
-        self.drive(wheels, commands);
     }
 
     fn turn_to_preview(&mut self, now: Stamp, commands: &mut Vec<Command>) {
@@ -309,7 +297,7 @@ impl Navigator {
     }
 
     /// Direction from the robot to the preview a little ahead; `None` without a preview.
-    fn preview_heading_rad(&self) -> Option<f64> {
+    pub(crate) fn preview_heading_rad(&self) -> Option<f64> {
         let last = self.preview.len().checked_sub(1)?;
         let index = (self.preview_index + DIRECTION_POINTS).min(last);
         let way = self.preview.get(index)? - self.pose.position();

@@ -2,7 +2,7 @@
 //!
 //! | what is known | what follows it |
 //! | --- | --- |
-//! | a path of lines and arcs ([`Path`]) | [`PathFollower`]: carrot, pure pursuit, Stanley, fuzzy |
+//! | a path of lines and arcs ([`Path`]) | [`PathFollower`]: carrot, pure pursuit, Stanley, fuzzy; [`Course`]: how fast, and where to turn on the spot |
 //! | two smelled intensities, no map | [`TrailFollower`]: fuzzy (float and listing), bio-mimetic, fuzzy angle, pure pursuit |
 //! | where the robot was led by hand | [`Past`], a recording that becomes a [`Path`] with speeds |
 //! | sonar ranges along a wall | [`WallFollower`] |
@@ -14,6 +14,7 @@
 //! and its Annex B2; equation numbers below are the thesis's unless another source is named. Tests drive
 //! an ideal differential drive written in the tests, and compare with the thesis's and derived golden values.
 
+mod course;
 pub mod fuzzy;
 pub mod fuzzy_listing;
 mod past;
@@ -23,9 +24,10 @@ mod trail_laws;
 mod wall;
 mod wheels;
 
+pub use course::{Corner, Course, CourseLimits, Leg};
 pub use past::{Past, PastConfig, Recorded};
 pub use path::{Path, PathError, Piece, Projection, signed_line_error_m};
-pub use path_laws::{PathFollower, PathFollowerConfig, PathLaw, Progress};
+pub use path_laws::{PathFollower, PathFollowerConfig, PathLaw, Progress, widths};
 pub use trail_laws::{
     BioMimeticReading, EquivalentPoint, TrailFollower, TrailFollowerConfig, TrailLaw, TrailSense,
     TwoAntennas,

@@ -194,6 +194,18 @@ impl Path {
         pose.position() + (arc_length_m - along_m) * pose.heading()
     }
 
+    /// As [`pose_at`](Self::pose_at), but before and beyond a stretch the path goes on straight as it
+    /// begins and ends there: what a law sees that must not look around the corner.
+    pub(crate) fn stretch_point_at(&self, along_m: f64, from_m: f64, to_m: f64) -> Vec2 {
+        let inside_m = along_m.clamp(from_m, to_m);
+        let index = self.piece_at(inside_m);
+        // At a corner the piece that leads to it, not the one after.
+        let at_the_joint = inside_m >= to_m && to_m - self.bounds_m[index] <= POINTS_MERGE_M;
+        let index = if at_the_joint { index.saturating_sub(1) } else { index };
+        let pose = self.pieces[index].pose_at(inside_m - self.bounds_m[index]);
+        pose.position() + (along_m - inside_m) * pose.heading()
+    }
+
     /// First point and direction.
     pub fn start(&self) -> Se2 {
         self.pose_at(0.0)
@@ -212,6 +224,67 @@ impl Path {
     /// The nearest point of the whole path; of equally near ones the first travelled. O(pieces).
     pub fn project(&self, point: Vec2) -> Projection {
         self.project_within(point, 0.0, self.length_m())
+    }
+
+    /// Where a robot at a point takes the path up, metres along it: the first place within the stretch from
+    /// `from_m` to `to_m` that is no more than `slack_m` further away than the nearest one, and nearest
+    /// around there. A loop is begun at its beginning, although its end is as near. O(pieces + stretch / 5 cm).
+    pub fn first_near_m(&self, point: Vec2, from_m: f64, to_m: f64, slack_m: f64) -> f64 {
+        let nearest = self.project_within(point, from_m, to_m);
+        let near_m = (nearest.point - point).norm() + slack_m;
+        let end_m = nearest.arc_length_m;
+        let step_m = Self::search_step_m(end_m - from_m.max(0.0));
+        let mut along_m = from_m.clamp(0.0, self.length_m());
+        while along_m < end_m {
+            if (self.point_at(along_m) - point).norm() <= near_m {
+                return self.downhill_m(point, along_m, end_m, step_m);
+            }
+            along_m += step_m;
+        }
+        end_m
+    }
+
+    /// Where the path reaches a goal, metres along it: its end if that is within `end_reach_m` of the goal;
+    /// else the last place that is hardly further from the goal (`slack_m`) than the nearest one. A loop
+    /// reaches a goal where it begins only after all its sides. O(pieces + length / 5 cm).
+    pub fn reaches_m(&self, goal: Vec2, end_reach_m: f64, slack_m: f64) -> f64 {
+        let (length_m, step_m) = (self.length_m(), Self::search_step_m(self.length_m()));
+        let distance_m = |along_m: f64| (self.point_at(along_m) - goal).norm();
+        let near_m = if distance_m(length_m) <= end_reach_m {
+            f64::INFINITY
+        } else {
+            let nearest = self.project(goal);
+            (nearest.point - goal).norm() + slack_m
+        };
+        let mut along_m = length_m;
+        while along_m > 0.0 && distance_m(along_m) > near_m {
+            along_m = (along_m - step_m).max(0.0);
+        }
+        // Back as long as that leads nearer.
+        while along_m > 0.0 {
+            let before_m = (along_m - step_m).max(0.0);
+            if distance_m(before_m) >= distance_m(along_m) {
+                break;
+            }
+            along_m = before_m;
+        }
+        let around = self.project_within(goal, along_m - step_m, along_m + step_m);
+        around.arc_length_m
+    }
+
+    /// From a place on as long as that leads nearer to a point, then the nearest place around.
+    fn downhill_m(&self, point: Vec2, from_m: f64, end_m: f64, step_m: f64) -> f64 {
+        let distance_m = |along_m: f64| (self.point_at(along_m) - point).norm();
+        let mut along_m = from_m;
+        while along_m < end_m && distance_m((along_m + step_m).min(end_m)) < distance_m(along_m) {
+            along_m = (along_m + step_m).min(end_m);
+        }
+        self.project_within(point, (along_m - step_m).max(from_m), along_m + step_m).arc_length_m
+    }
+
+    /// Steps of a search along so much way: 5 cm, and longer ones where that would be more than 20 000.
+    fn search_step_m(way_m: f64) -> f64 {
+        (way_m / 20_000.0).max(0.05)
     }
 
     /// The nearest point of the stretch from `from_m` to `to_m` along the path, so that a robot on a path

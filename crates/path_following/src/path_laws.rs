@@ -15,7 +15,7 @@ use std::{
 use geometry::{Se2, Vec2, wrap_to_pi};
 
 use crate::{
-    Path, SettingError, WheelReference,
+    Course, Leg, Path, SettingError, WheelReference,
     fuzzy::{FuzzyConfig, FuzzyController},
     path::heading_back_rad,
     wheels::check_range,
@@ -32,14 +32,14 @@ const WINDOW_AHEAD_M: f64 = 1.5;
 pub enum PathLaw {
     /// Turn towards a point ahead on the path, in proportion to the angle: Δθ = `k_p` `φ_e` (5.5), (5.6).
     Carrot {
-        /// Distance of the point from the robot, metres, 0.05 to 10.
+        /// Distance of the point from the robot, metres, 0.05 to 10; further at speeds at which it would swing.
         lookahead_m: f64,
         /// Turn rate per angle, 1/s, 0.05 to 20.
         gain_per_s: f64,
     },
     /// Drive the arc through a point ahead on the path: γ = 2 y / L² (5.12).
     PurePursuit {
-        /// Distance of the point from the robot (L), metres, 0.05 to 10.
+        /// Distance of the point from the robot (L), metres, 0.05 to 10; further at speeds at which it would swing.
         lookahead_m: f64,
     },
     /// Steer along the path plus arctan(k e / v) back to it.
@@ -51,10 +51,26 @@ pub enum PathLaw {
     },
     /// The fuzzy controller on the signed error (5.30) and its change (5.31).
     Fuzzy {
-        /// Sets and rules; `error_full` in metres, `change_full` in metres per 200 ms.
+        /// Sets and rules at 0.3 m/s, see [`widths`]; `error_full` in metres, `change_full` in metres per 200 ms.
         fuzzy: FuzzyConfig,
     },
 }
+
+/// The speed that the laws' settings are for, metres per second.
+const REFERENCE_SPEED_MPS: f64 = 0.3;
+
+/// The point ahead is so many seconds of way away at least, and two control periods more: the turn rate
+/// comes late by about half a period, a report's age and the wheels' ramp.
+const LOOKAHEAD_S: f64 = 0.8;
+
+/// How far beside an arc a point ahead on it may lead, metres.
+const CHORD_OFF_M: f64 = 0.04;
+
+/// A turn rate per angle, times this delay besides half a period (s), stays below [`GAIN_TIMES_DELAY_MAX`].
+const DELAY_S: f64 = 0.15;
+
+/// Above this a law that turns in proportion to an angle begins to swing.
+const GAIN_TIMES_DELAY_MAX: f64 = 0.7;
 
 impl PathLaw {
     /// Follow the carrot with settings for 0.3 m/s.
@@ -104,6 +120,14 @@ pub struct Progress {
     pub heading_error_rad: f64,
     /// The robot has passed the end.
     pub finished: bool,
+}
+
+/// What a law steers along.
+struct Way<'a> {
+    path: &'a Path,
+    leg: Leg,
+    /// No law looks further ahead, metres.
+    lookahead_max_m: f64,
 }
 
 /// A controller that keeps a robot on a path it knows.
@@ -172,30 +196,95 @@ impl PathFollower {
         if !(x_m + y_m + yaw_rad + speed_mps).is_finite() {
             return WheelReference::STOP;
         }
+        let way =
+            Way { path, leg: Leg { from_m: 0.0, to_m: path.length_m() }, lookahead_max_m: 10.0 };
+        let wheels = self.steer(&way, map_from_base, speed_mps, dt);
+        wheels.limited(self.config.wheel_speed_max_mps)
+    }
+
+    /// As [`step`](Self::step) on one leg of a course: the robot is looked for on this leg only, no law looks
+    /// around the corner at its end, and the curvature of the course is steered ahead of time by the laws
+    /// that look at errors only. `finished` means that the end of the leg is passed.
+    ///
+    /// [`restart`](Self::restart) it at the beginning of every leg.
+    pub fn step_on(
+        &mut self,
+        course: &Course,
+        leg_index: usize,
+        map_from_base: Se2,
+        speed_mps: f64,
+        dt: Duration,
+    ) -> WheelReference {
+        let Se2 { x_m, y_m, yaw_rad } = map_from_base;
+        if !(x_m + y_m + yaw_rad + speed_mps).is_finite() {
+            return WheelReference::STOP;
+        }
+        let leg = course.leg(leg_index);
+        // A point ahead on an arc of curvature κ is steered for along a chord, L² κ / 8 beside the arc.
+        let at_m = self.progress.map_or(leg.from_m, |p| p.arc_length_m);
+        let sharpest_per_m = (0..4)
+            .map(|k| course.curvature_at_per_m((at_m + 0.2 * f64::from(k)).min(leg.to_m)).abs())
+            .fold(0.0, f64::max);
+        let lookahead_max_m = (8.0 * CHORD_OFF_M / sharpest_per_m.max(1e-3)).sqrt().max(0.3);
+        let way = Way { path: course.path(), leg, lookahead_max_m };
+        let mut wheels = self.steer(&way, map_from_base, speed_mps, dt);
+        if let (PathLaw::Stanley { .. } | PathLaw::Fuzzy { .. }, Some(now)) =
+            (self.config.law, self.progress)
+            && !now.finished
+            && now.heading_error_rad.abs() < FRAC_PI_4
+        {
+            // Where the robot will be when this shows, in the middle of the period.
+            let soon_m = now.arc_length_m + speed_mps * (DELAY_S + 0.5 * dt.as_secs_f64());
+            let curvature_per_m = course.curvature_at_per_m(soon_m.min(leg.to_m));
+            let ahead =
+                WheelReference::along_arc(speed_mps, curvature_per_m, self.config.wheelbase_m);
+            wheels.left_mps += ahead.left_mps - speed_mps;
+            wheels.right_mps += ahead.right_mps - speed_mps;
+        }
+        wheels.limited(self.config.wheel_speed_max_mps)
+    }
+
+    fn steer(
+        &mut self,
+        way: &Way<'_>,
+        map_from_base: Se2,
+        speed_mps: f64,
+        dt: Duration,
+    ) -> WheelReference {
+        let Way { path, leg, lookahead_max_m } = *way;
         let before = self.progress;
-        let now = self.locate(path, map_from_base);
+        let now = self.locate(path, leg, map_from_base);
         self.progress = Some(now);
         if now.finished {
             return WheelReference::STOP;
         }
-        let wheels = match self.config.law {
+        let delay_s = DELAY_S + 0.5 * dt.as_secs_f64();
+        let gain_max_per_s = GAIN_TIMES_DELAY_MAX / delay_s;
+        let ahead = |lookahead_m: f64| {
+            ahead_in_base(path, leg, map_from_base, &now, lookahead_m.min(lookahead_max_m))
+        };
+        match self.config.law {
             PathLaw::Carrot { lookahead_m, gain_per_s } => {
-                let bearing_rad = bearing(ahead_in_base(path, map_from_base, &now, lookahead_m));
+                let gain_per_s = gain_per_s.min(gain_max_per_s);
+                // Damped to 0.7 of critical for L ≥ 2 v / k.
+                let least_m = 2.0 * speed_mps.abs() / gain_per_s;
+                let bearing_rad = bearing(ahead(lookahead_m.max(least_m)));
                 self.turn_towards(bearing_rad, gain_per_s, speed_mps)
             }
             PathLaw::PurePursuit { lookahead_m } => {
-                let target_in_base = ahead_in_base(path, map_from_base, &now, lookahead_m);
-                self.pursue(target_in_base, speed_mps)
+                let least_m = speed_mps.abs() * (LOOKAHEAD_S + 2.0 * dt.as_secs_f64());
+                self.pursue(ahead(lookahead_m.max(least_m)), speed_mps)
             }
             PathLaw::Stanley { cross_track_gain_per_s, heading_gain_per_s } => {
-                let back_m = -cross_track_gain_per_s * now.cross_track_m;
+                let heading_gain_per_s = heading_gain_per_s.min(gain_max_per_s);
+                let back_m = -cross_track_gain_per_s.min(gain_max_per_s) * now.cross_track_m;
+                let yaw_rad = map_from_base.yaw_rad;
                 let path_heading_rad = yaw_rad - now.heading_error_rad;
                 let wanted_rad = heading_back_rad(path_heading_rad, back_m.atan2(speed_mps.abs()));
                 self.turn_towards(wrap_to_pi(wanted_rad - yaw_rad), heading_gain_per_s, speed_mps)
             }
             PathLaw::Fuzzy { .. } => self.infer(before, &now, speed_mps, dt),
-        };
-        wheels.limited(self.config.wheel_speed_max_mps)
+        }
     }
 
     /// Where the robot stood against the path at the last step; `None` before the first.
@@ -208,23 +297,23 @@ impl PathFollower {
         self.progress = None;
     }
 
-    fn locate(&self, path: &Path, map_from_base: Se2) -> Progress {
+    fn locate(&self, path: &Path, leg: Leg, map_from_base: Se2) -> Progress {
         let point = map_from_base.position();
-        let seen = match self.progress {
-            None => path.project(point),
-            Some(before) => path.project_within(
-                point,
-                before.arc_length_m - WINDOW_BEHIND_M,
-                before.arc_length_m + WINDOW_AHEAD_M,
-            ),
-        };
-        let remaining_m = path.length_m() - seen.arc_length_m;
+        let (from_m, to_m) = self.progress.map_or((leg.from_m, leg.to_m), |before| {
+            let at_m = before.arc_length_m;
+            (leg.from_m.max(at_m - WINDOW_BEHIND_M), leg.to_m.min(at_m + WINDOW_AHEAD_M))
+        });
+        let seen = path.project_within(point, from_m, to_m);
+        // Before and beyond a leg its ends go on straight, as the path's do.
+        let is_outside = seen.arc_length_m <= leg.from_m || seen.arc_length_m >= leg.to_m;
+        let direction = Se2::new(0.0, 0.0, seen.heading_rad).heading();
+        let side_m = direction.perp(&(point - seen.point));
         Progress {
             arc_length_m: seen.arc_length_m,
-            remaining_m,
-            cross_track_m: seen.cross_track_m,
+            remaining_m: path.length_m() - seen.arc_length_m,
+            cross_track_m: if is_outside { side_m } else { seen.cross_track_m },
             heading_error_rad: wrap_to_pi(map_from_base.yaw_rad - seen.heading_rad),
-            finished: remaining_m <= 0.0,
+            finished: seen.arc_length_m >= leg.to_m,
         }
     }
 
@@ -266,16 +355,35 @@ impl PathFollower {
         let change_m = before.map_or(0.0, |before| error_m + before.cross_track_m);
         let periods = dt.as_secs_f64() / REFERENCE_PERIOD_S;
         let change_m = if periods > 0.0 { change_m / periods } else { 0.0 };
-        fuzzy.step(error_m, change_m, speed_mps)
+        let (wider, faster) = widths(speed_mps, REFERENCE_SPEED_MPS);
+        fuzzy.step(error_m / wider, change_m / faster, speed_mps)
     }
+}
+
+/// How much wider the sets of the error and of its change (5.31) must be at a speed than at the one that they
+/// are laid out for, m/s.
+///
+/// The error of a robot off its line by θ changes by V Δt sin θ a period. Below the speed of the layout the
+/// set of the change shrinks with the speed, which keeps the damping; above it both sets grow with its
+/// square, which keeps the times of the loop, as its delay does not shrink.
+pub fn widths(speed_mps: f64, layout_mps: f64) -> (f64, f64) {
+    let ratio = (speed_mps.abs() / layout_mps).max(0.1);
+    if ratio < 1.0 { (1.0, ratio) } else { (ratio * ratio, ratio * ratio) }
 }
 
 /// The period that `change_full` refers to, seconds: the thesis's control period.
 const REFERENCE_PERIOD_S: f64 = 0.2;
 
 /// The point to steer for, in the robot's frame (m).
-fn ahead_in_base(path: &Path, map_from_base: Se2, now: &Progress, lookahead_m: f64) -> Vec2 {
-    let target_in_map = point_ahead(path, map_from_base.position(), now.arc_length_m, lookahead_m);
+fn ahead_in_base(
+    path: &Path,
+    leg: Leg,
+    map_from_base: Se2,
+    now: &Progress,
+    lookahead_m: f64,
+) -> Vec2 {
+    let from = map_from_base.position();
+    let target_in_map = point_ahead(path, leg, from, now.arc_length_m, lookahead_m);
     // (5.23) with x forward and y left.
     map_from_base.inverse().transform_point(target_in_map)
 }
@@ -284,12 +392,13 @@ fn bearing(in_base: Vec2) -> f64 {
     in_base.y.atan2(in_base.x)
 }
 
-/// The first point of the path, from `from_along_m` on, that is `distance_m` away from `from`; the path goes on
-/// straight beyond its end. Where the whole path is further away, its nearest point.
-fn point_ahead(path: &Path, from: Vec2, from_along_m: f64, distance_m: f64) -> Vec2 {
-    let is_far = |along_m: f64| (path.extended_point_at(along_m) - from).norm() >= distance_m;
+/// The first point of the leg, from `from_along_m` on, that is `distance_m` away from `from`; the leg goes on
+/// straight beyond its end. Where all of it is further away, its nearest point.
+fn point_ahead(path: &Path, leg: Leg, from: Vec2, from_along_m: f64, distance_m: f64) -> Vec2 {
+    let point = |along_m: f64| path.stretch_point_at(along_m, leg.from_m, leg.to_m);
+    let is_far = |along_m: f64| (point(along_m) - from).norm() >= distance_m;
     if is_far(from_along_m) {
-        return path.extended_point_at(from_along_m);
+        return point(from_along_m);
     }
     // Strides short enough not to jump over a hairpin, and enough of them for a path that winds.
     let stride_m = 0.25 * distance_m;
@@ -305,9 +414,9 @@ fn point_ahead(path: &Path, from: Vec2, from_along_m: f64, distance_m: f64) -> V
             let middle_m = 0.5 * (near_m + far_m);
             if is_far(middle_m) { far_m = middle_m } else { near_m = middle_m }
         }
-        return path.extended_point_at(far_m);
+        return point(far_m);
     }
-    path.extended_point_at(near_m)
+    point(near_m)
 }
 
 #[cfg(test)]

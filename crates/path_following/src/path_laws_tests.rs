@@ -39,13 +39,16 @@ fn pure_pursuit_finds_its_target_on_the_path() {
 #[test]
 fn the_target_is_one_lookahead_away_around_corners_as_well() {
     let path = Path::polyline(&[Vec2::zeros(), Vec2::new(2.0, 0.0), Vec2::new(2.0, 5.0)]).unwrap();
-    let from = Vec2::new(1.5, 0.1);
-    let target = point_ahead(&path, from, 1.5, 0.8);
+    let (from, whole) = (Vec2::new(1.5, 0.1), Leg { from_m: 0.0, to_m: 7.0 });
+    let target = point_ahead(&path, whole, from, 1.5, 0.8);
     near((target - from).norm(), 0.8);
     assert!(target.x > 1.999 && target.y > 0.5, "{target}");
     // Far from the path: its nearest point. Past the end: on the extended line.
-    assert_eq!(point_ahead(&path, Vec2::new(1.0, 3.0), 1.0, 0.8), Vec2::new(1.0, 0.0));
-    near((point_ahead(&path, Vec2::new(2.0, 4.9), 6.9, 0.8) - Vec2::new(2.0, 5.7)).norm(), 0.0);
+    assert_eq!(point_ahead(&path, whole, Vec2::new(1.0, 3.0), 1.0, 0.8), Vec2::new(1.0, 0.0));
+    near(
+        (point_ahead(&path, whole, Vec2::new(2.0, 4.9), 6.9, 0.8) - Vec2::new(2.0, 5.7)).norm(),
+        0.0,
+    );
 }
 
 #[test]

@@ -188,3 +188,37 @@ proptest! {
         }
     }
 }
+
+fn polyline(points: &[(f64, f64)]) -> Path {
+    let points: Vec<Vec2> = points.iter().map(|&(x, y)| Vec2::new(x, y)).collect();
+    Path::polyline(&points).unwrap()
+}
+
+const SQUARE: [(f64, f64); 5] = [(0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (0.0, 3.0), (0.0, 0.0)];
+
+#[test]
+fn a_loop_is_taken_up_at_its_beginning_and_reaches_its_goal_at_its_end() {
+    let square = polyline(&SQUARE);
+    for at in [Vec2::zeros(), Vec2::new(-0.1, 0.2), Vec2::new(0.05, -0.2)] {
+        assert!(square.first_near_m(at, 0.0, 12.0, 0.3) < 0.1, "{at}");
+        assert!(square.reaches_m(at, 0.7, 0.3) > 11.7, "{at}");
+    }
+    // In the middle of the third side: there, not earlier and not later.
+    let at = square.first_near_m(Vec2::new(1.5, 3.2), 0.0, 12.0, 0.3);
+    assert!((at - 7.5).abs() < 1e-9, "{at}");
+    // An end that stops short of the goal is the end all the same.
+    let open = polyline(&[(0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (0.0, 3.0), (0.0, 0.4)]);
+    assert!((open.reaches_m(Vec2::zeros(), 0.7, 0.3) - 11.6).abs() < 1e-9);
+}
+
+#[test]
+fn a_path_that_passes_its_goal_reaches_it_at_the_last_passage() {
+    let line = polyline(&[(0.0, 0.0), (6.0, 0.0)]);
+    assert!((line.reaches_m(Vec2::new(3.0, 0.1), 0.7, 0.3) - 3.0).abs() < 1e-9);
+    let crossing = polyline(&[(0.0, 0.0), (4.0, 0.0), (4.0, 2.0), (2.0, 2.0), (2.0, -3.0)]);
+    assert!((crossing.reaches_m(Vec2::new(2.0, 0.0), 0.7, 0.3) - 10.0).abs() < 1e-9);
+    // There and back: on the way out where it is met first, at the goal on the way back.
+    let back = polyline(&[(0.0, 0.0), (3.0, 0.0), (0.0, 0.0)]);
+    assert!((back.first_near_m(Vec2::new(1.0, 0.0), 0.0, 6.0, 0.0) - 1.0).abs() < 1e-9);
+    assert!((back.reaches_m(Vec2::new(0.0, 0.0), 0.7, 0.3) - 6.0).abs() < 1e-9);
+}
