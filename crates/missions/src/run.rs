@@ -17,6 +17,7 @@ mod metrics;
 mod ring_log;
 mod scene;
 mod show;
+mod sides;
 mod tap;
 mod teleoperator;
 mod vehicle;
@@ -178,7 +179,9 @@ impl Run {
             .map(|(r, v)| {
                 let by_hand = r.teleoperator.as_ref().map(|t| &t.path);
                 let path = by_hand.or(r.path.as_ref()).or(trail.as_ref());
-                RobotMetrics::new(v.body, r.start, path.cloned())
+                let approach_m = r.navigator.settings().approach_m;
+                let sides = r.path.as_ref().map(|path| sides::Sides::new(path, approach_m));
+                RobotMetrics::new(v.body, r.start, path.cloned(), sides)
             })
             .collect();
         let devices = Devices::new(&parts.devices);
@@ -486,7 +489,7 @@ impl Run {
     fn send_goal(&mut self, robot: usize, pose: GoalPose) {
         let goal = pose.resolve(self.mission.parts().robots[robot].start);
         self.vehicles[robot].order(GroundOrder::GoTo(goal));
-        self.metrics[robot].goal_given(self.steps);
+        self.metrics[robot].goal_given(self.steps, Some(goal));
         if self.vehicles.len() < PARALLEL_FROM {
             let name = self.vehicles[robot].name.clone();
             self.note(LogLevel::Info, format!("goal for {name}: {}", words(goal)));
@@ -625,7 +628,7 @@ impl Run {
             push_log(log, LogItem { step: steps, level: LogLevel::Info, text });
             if let Some(robot) = robot {
                 vehicles[robot].order(GroundOrder::GoTo(goal));
-                metrics[robot].goal_given(steps);
+                metrics[robot].goal_given(steps, Some(goal));
             }
         });
         let outputs = decision.machine().outputs();
@@ -665,7 +668,7 @@ impl Run {
                 metrics.update_reported(reported, vehicle.is_following());
             }
             if vehicle.sets_off_by_hand() {
-                metrics.goal_given(self.steps);
+                metrics.goal_given(self.steps, None);
             }
             metrics.arrival(vehicle.has_arrived(), self.steps);
         }

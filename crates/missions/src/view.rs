@@ -318,7 +318,7 @@ pub struct ViewFigures {
     pub path_length_m: Option<f64>,
     /// Time since the goal was given, or until arrival, s; none before the first goal.
     pub time_s: Option<f64>,
-    /// Least clearance so far, m; not known of a robot elsewhere.
+    /// Least clearance so far, m; none of a robot elsewhere, and while nothing has been within 5 m.
     pub clearance_min_m: Option<f64>,
     /// Contacts of all robots; not known when one of them is elsewhere.
     pub contacts: Option<u64>,

@@ -109,12 +109,13 @@ impl Item {
         }
     }
 
-    /// Whether a robot says that it has arrived and truly stands where it should.
+    /// Whether a robot says that it has arrived and truly stands where it should, having driven its path if it
+    /// was given one.
     fn stands_there(&self, robot: usize, facts: &Facts<'_>) -> bool {
         let Requirement::Arrived { pose, within_m, within_rad, .. } = &self.requirement else {
             return false;
         };
-        facts.vehicles[robot].has_arrived() && {
+        facts.vehicles[robot].has_arrived() && has_driven_all(robot, facts) && {
             let (distance_m, turn_rad) = error(robot, *pose, facts);
             distance_m <= *within_m && turn_rad <= *within_rad
         }
@@ -251,6 +252,11 @@ impl Item {
         let said = match (self.state, vehicle.failure()) {
             (State::Done(t), _) => format!("at {t}"),
             (_, Some(reason)) => format!("gave up ({reason})"),
+            _ if vehicle.has_arrived() && !has_driven_all(robot, facts) => {
+                let sides = facts.metrics[robot].sides();
+                let (passed_m, way_m) = sides.map_or((0.0, 0.0), |s| (s.passed_m(), s.way_m()));
+                format!("but only {passed_m:.1} m of {way_m:.1} m of its path were driven")
+            }
             _ => format!("not arrived by {by}, {}", vehicle.phase_name()),
         };
         format!(
@@ -264,6 +270,11 @@ impl Item {
 /// Way that a robot has driven since one of its lines was cut, m; infinite if none was.
 fn way_since_cut_m(robot: usize, facts: &Facts<'_>) -> f64 {
     facts.metrics[robot].way_since_cut_m().unwrap_or(f64::INFINITY)
+}
+
+/// Whether a robot has driven the path that it was given; true without one.
+fn has_driven_all(robot: usize, facts: &Facts<'_>) -> bool {
+    facts.metrics[robot].sides().is_none_or(super::sides::Sides::is_driven)
 }
 
 /// True distance (m) and turn (rad, ≥ 0) of a robot from where it should be.

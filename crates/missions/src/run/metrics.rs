@@ -4,6 +4,8 @@ use geometry::{Se2, Vec2, wrap_to_pi};
 use path_following::Path;
 use simulator::{Body, BodyId, World};
 
+use super::sides::Sides;
+
 /// Seconds per step.
 const DT_S: f64 = 0.01;
 /// Gravity, m/s².
@@ -16,6 +18,9 @@ const TURN_DEADBAND_RADPS: f64 = 0.05;
 /// The trail's projection is looked for this far around the last one, m.
 const PROJECTION_WINDOW_M: f64 = 1.5;
 
+/// The world measures no clearance beyond this, m: nothing is there.
+const CLEARANCE_SEEN_MAX_M: f64 = 5.0;
+
 /// How exact the least clearance is, m.
 const CLEARANCE_EXACT_M: f64 = 0.005;
 
@@ -24,6 +29,8 @@ const CLEARANCE_EXACT_M: f64 = 0.005;
 pub(super) struct RobotMetrics {
     body: Option<BodyId>,
     trail: Option<Path>,
+    /// The path that it must drive before it counts as arrived.
+    sides: Option<Sides>,
     start: Se2,
     last: Se2,
     along_trail_m: f64,
@@ -73,10 +80,16 @@ impl Default for Clearance {
 
 impl RobotMetrics {
     /// A robot at `start`; `body` is `None` for one elsewhere, of which only its reports are known.
-    pub(super) fn new(body: Option<BodyId>, start: Se2, trail: Option<Path>) -> Self {
+    pub(super) fn new(
+        body: Option<BodyId>,
+        start: Se2,
+        trail: Option<Path>,
+        sides: Option<Sides>,
+    ) -> Self {
         Self {
             body,
             trail,
+            sides,
             start,
             last: start,
             along_trail_m: f64::NAN,
@@ -121,9 +134,14 @@ impl RobotMetrics {
         self.clearance.last_m = f64::NEG_INFINITY;
     }
 
-    /// Least clearance so far, m; infinite before it was measured.
+    /// Least clearance so far, m; infinite before it was measured, and 5 where nothing was nearer.
     pub(super) fn clearance_min_m(&self) -> f64 {
         self.clearance.least_m
+    }
+
+    /// The same as a figure; `None` where nothing was within the 5 m that are looked at.
+    pub(super) fn clearance_seen_m(&self) -> Option<f64> {
+        Some(self.clearance.least_m).filter(|&least_m| least_m < CLEARANCE_SEEN_MAX_M)
     }
 
     /// Takes the truth after a step; `following`: the robot is on a trail on purpose. Returns the way
@@ -134,9 +152,7 @@ impl RobotMetrics {
         let way_m = (pose.position() - self.last.position()).norm()
             + turned_rad * body.model.bounding_radius_m();
         self.moved_m += way_m;
-        self.path_length_m += (pose.position() - self.last.position()).norm();
-        self.strayed_max_m =
-            self.strayed_max_m.max((pose.position() - self.start.position()).norm());
+        self.moving_on(pose.position());
         self.contacts = body.contacts;
         self.turning(wrap_to_pi(pose.yaw_rad - self.last.yaw_rad) / DT_S);
         self.working([body.wheel_speeds.left_mps, body.wheel_speeds.right_mps]);
@@ -147,9 +163,7 @@ impl RobotMetrics {
 
     /// The same for a robot elsewhere, from what it believes; contacts and clearance stay unknown.
     pub(super) fn update_reported(&mut self, pose: Se2, following: bool) {
-        self.path_length_m += (pose.position() - self.last.position()).norm();
-        self.strayed_max_m =
-            self.strayed_max_m.max((pose.position() - self.start.position()).norm());
+        self.moving_on(pose.position());
         self.tracking(pose.position(), following);
         self.last = pose;
     }
@@ -162,6 +176,15 @@ impl RobotMetrics {
     /// Whether what the robot touches is known: it is simulated here.
     pub(super) fn is_simulated(&self) -> bool {
         self.body.is_some()
+    }
+
+    fn moving_on(&mut self, to: Vec2) {
+        let step_m = (to - self.last.position()).norm();
+        self.path_length_m += step_m;
+        self.strayed_max_m = self.strayed_max_m.max((to - self.start.position()).norm());
+        if let Some(sides) = &mut self.sides {
+            sides.step(to, step_m);
+        }
     }
 
     fn turning(&mut self, rate_radps: f64) {
@@ -212,11 +235,14 @@ impl RobotMetrics {
         self.last
     }
 
-    /// A goal was given: time counts from here.
-    pub(super) fn goal_given(&mut self, step: u64) {
+    /// A goal was given, or the robot is driven by hand: time and way count from here.
+    pub(super) fn goal_given(&mut self, step: u64, goal: Option<Se2>) {
         self.goal_step = Some(step);
         self.arrival_step = None;
         self.sent_on_at_m.get_or_insert(self.path_length_m);
+        if let (Some(sides), Some(goal)) = (&mut self.sides, goal) {
+            sides.begin(self.last.position(), goal.position());
+        }
     }
 
     /// One of its lines was cut.
@@ -229,6 +255,11 @@ impl RobotMetrics {
     pub(super) fn way_since_cut_m(&self) -> Option<f64> {
         let until_m = self.sent_on_at_m.unwrap_or(self.path_length_m);
         self.cut_at_m.map(|cut_at_m| until_m - cut_at_m)
+    }
+
+    /// The path that it must drive to its goal, if it was given one.
+    pub(super) fn sides(&self) -> Option<&Sides> {
+        self.sides.as_ref()
     }
 
     /// Whether the robot stands at its goal.
@@ -246,9 +277,14 @@ impl RobotMetrics {
     }
 
     /// From the last goal to the arrival, or until now, s.
-    pub(super) fn drive_time_s(&self, step: u64) -> f64 {
+    pub(super) fn under_way_s(&self, step: u64) -> f64 {
         let end = self.arrival_step.unwrap_or(step);
         self.goal_step.map_or(0.0, |begin| end.saturating_sub(begin) as f64 * DT_S)
+    }
+
+    /// From the last goal to the arrival, s; `None` without an arrival.
+    pub(super) fn drive_time_s(&self) -> Option<f64> {
+        self.arrival_step.map(|step| self.under_way_s(step))
     }
 
     /// Root mean square distance from the trail while following it, m.

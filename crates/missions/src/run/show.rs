@@ -68,7 +68,7 @@ fn robot(run: &Run, vehicle: &Vehicle, metrics: &RobotMetrics) -> ViewRobot {
             .or(status.map(|s| s.stalled))
             .is_some_and(|s| s[0] || s[1]),
         touching: body.is_some_and(|b| b.touching),
-        clearance_m: vehicle.body.and_then(|id| finite(run.world.clearance_m(id))),
+        clearance_m: vehicle.body.map(|id| run.world.clearance_m(id)),
         battery_v: status.map(|s| s.battery_v),
         failure: vehicle.failure(),
     }
@@ -116,16 +116,12 @@ fn figures(run: &Run) -> ViewFigures {
     let all_known = run.metrics.iter().all(RobotMetrics::is_simulated);
     ViewFigures {
         path_length_m: Some(first.path_length_m),
-        time_s: first.has_goal().then(|| first.drive_time_s(run.steps)),
-        clearance_min_m: finite(first.clearance_min_m()),
+        time_s: first.has_goal().then(|| first.under_way_s(run.steps)),
+        clearance_min_m: first.clearance_seen_m(),
         contacts: all_known.then(|| run.metrics.iter().map(|m| m.contacts).sum()),
         cross_track_rms_m: first.cross_track_rms_m(),
         cross_track_max_m: first.cross_track_max_m(),
     }
-}
-
-fn finite(value: f64) -> Option<f64> {
-    value.is_finite().then_some(value)
 }
 
 /// The run in figures: those of the first robot, and sums over all.
@@ -150,7 +146,8 @@ pub(super) fn summary(run: &Run) -> Summary {
         let moves = Some(decision.n_moves() as f64);
         figures.push(figure("moves_sent", moves, "MOVE sent by the decision program"));
         let cycle = Some(decision.cycle_max_ms());
-        let about = "longest scan of the decision node at 0.4 ms a function (at most 200)";
+        let about =
+            "longest scan of the decision node at the thesis's 0.4 ms a function (at most 200)";
         figures.push(figure("decision_cycle_max_ms", cycle, about));
         let image = Some(decision.machine().program().image().len() as f64);
         figures.push(figure("decision_image_bytes", image, "size of the program (at most 4096)"));
@@ -165,31 +162,37 @@ pub(super) fn summary(run: &Run) -> Summary {
     }
 }
 
+/// What is not known, of a robot elsewhere or before an arrival, has no value.
 fn robot_figures(run: &Run, m: &RobotMetrics, figures: &mut Vec<Figure>) {
     let arrival_s = m.arrival_step.map(|s| s as f64 * 0.01);
+    let all_known = run.metrics.iter().all(RobotMetrics::is_simulated);
     let contacts: u64 = run.metrics.iter().map(|m| m.contacts).sum();
-    let clearance =
-        run.metrics.iter().map(RobotMetrics::clearance_min_m).fold(f64::INFINITY, f64::min);
+    let clearances = run.metrics.iter().filter_map(RobotMetrics::clearance_seen_m);
+    let known = |value: f64| m.is_simulated().then_some(value);
     figures.extend([
         figure("arrival_s", arrival_s, "when the first robot reported arrival"),
-        figure("drive_time_s", Some(m.drive_time_s(run.steps)), "from its goal to its arrival"),
+        figure("drive_time_s", m.drive_time_s(), "from its goal to its arrival"),
         figure("path_length_m", Some(m.path_length_m), "way driven"),
         figure(
             "way_since_cut_m",
             m.way_since_cut_m(),
             "way after a line was cut, until the next order",
         ),
-        figure("contacts", Some(contacts as f64), "contacts of all robots"),
-        figure("clearance_min_m", finite(clearance), "least distance of any robot to anything"),
+        figure("contacts", all_known.then_some(contacts as f64), "contacts of all robots"),
+        figure(
+            "clearance_min_m",
+            clearances.reduce(f64::min).filter(|_| all_known),
+            "least distance of any robot to anything within 5 m",
+        ),
         figure(
             "cross_track_rms_m",
             m.cross_track_rms_m(),
-            "distance from the trail while following",
+            "distance from the trail or path while following",
         ),
         figure("cross_track_max_m", m.cross_track_max_m(), "the same, greatest"),
-        figure("turn_reversals", Some(m.n_turn_reversals as f64), "changes of turning direction"),
+        figure("turn_reversals", known(m.n_turn_reversals as f64), "changes of turning direction"),
         figure("turn_rate_rms_radps", m.turn_rate_rms_radps(), "turn rate while moving"),
-        figure("energy_jpkg", Some(m.energy_jpkg), "work of the wheels per mass"),
+        figure("energy_jpkg", known(m.energy_jpkg), "work of the wheels per mass"),
     ]);
 }
 
@@ -202,7 +205,7 @@ fn link_figures(run: &Run, vehicle: &Vehicle, figures: &mut Vec<Figure>) {
         figure(
             "navigation_cycle_max_ms",
             vehicle.cycle_max_ms(),
-            "longest control cycle of the navigation node, from question to reference (at most 200)",
+            "longest dialogue of a control cycle with the pheromone server, as it took on the line (at most 200)",
         ),
     ]);
 }

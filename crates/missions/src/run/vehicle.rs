@@ -40,10 +40,6 @@ use crate::{
     view::LogLevel,
 };
 
-/// What a control cycle takes beside its dialogue with the pheromone server, ms: about 6000
-/// instructions of the thesis's 16 MIPS microcontroller for the fuzzy step, odometry and two frames.
-const CYCLE_WORK_MS: f64 = 0.4;
-
 /// Wheels slower than this stand, m/s.
 const STANDING_MPS: f64 = 0.001;
 
@@ -242,7 +238,8 @@ impl Vehicle {
     }
 
     /// Begin and end markers of a control cycle: from the question about the robot's own pose to the
-    /// answer that the wheel reference follows from.
+    /// answer that the wheel reference follows from, as it took in virtual time. What the node computes
+    /// takes none here.
     fn measure(&mut self, now: Stamp) {
         for observation in &self.scratch.observations {
             match observation.value {
@@ -258,7 +255,7 @@ impl Vehicle {
                     if let Some((asked, at)) = self.asked_at
                         && asked == query
                     {
-                        let cycle_ms = now.since(at).as_secs_f64() * 1e3 + CYCLE_WORK_MS;
+                        let cycle_ms = now.since(at).as_secs_f64() * 1e3;
                         let longest = self.cycle_max_ms.map_or(cycle_ms, |max| max.max(cycle_ms));
                         self.cycle_max_ms = Some(longest);
                         self.asked_at = None;

@@ -239,6 +239,17 @@ fn path_controller(key: &str, name: &str) -> Checked<PathController> {
     })
 }
 
+/// The cruising speed: within the range of the laws, and what the robot can do.
+fn speed_mps(key: &str, speed_mps: f64, model: &RobotModel) -> Checked<f64> {
+    let speed_mps = range(key, speed_mps, 0.05..=1.0, "from 0.05 to 1 m/s")?;
+    let most_mps = model.limits.speed_max_mps;
+    if speed_mps > most_mps {
+        let allowed = format!("at most {most_mps} m/s, the fastest that {} is", model.title);
+        return Err(Wrong::new(key, speed_mps, allowed));
+    }
+    Ok(speed_mps)
+}
+
 fn navigator(key: &str, robot: &RobotFile, model: &RobotModel) -> Checked<NavigatorConfig> {
     let file = &robot.navigator;
     let at = |name: &str| format!("{key}.navigator.{name}");
@@ -270,7 +281,7 @@ fn navigator(key: &str, robot: &RobotFile, model: &RobotModel) -> Checked<Naviga
             0 => Variant::Visibility,
             _ => Variant::Detour,
         },
-        speed_mps: range(at("speed_mps"), file.speed_mps, 0.05..=1.0, "from 0.05 to 1 m/s")?,
+        speed_mps: speed_mps(&at("speed_mps"), file.speed_mps, model)?,
         control_period_s: f64::from(file.control_period_ms) * 1e-3,
         acceleration_mps2: acceleration_mps2(key, file)?,
         turn_first: file.turn_first,
