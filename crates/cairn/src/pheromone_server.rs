@@ -1,10 +1,16 @@
 //! `cairn pheromone-server`: the pheromone server as a program of its own.
 
-use std::{net::SocketAddr, path::PathBuf, process::ExitCode, time::Duration};
+use std::{
+    net::SocketAddr,
+    path::PathBuf,
+    process::ExitCode,
+    time::{Duration, Instant},
+};
 
 use anyhow::Context;
 use clap::ValueEnum;
-use pheromones::{Field, Perception, SenseConfig, Server, ServerConfig};
+use pheromones::{Field, Perception, SenseConfig, Server, ServerConfig, ServerCounters};
+use serde_json::json;
 use virtual_robots::Exchange;
 
 use crate::output::{Format, say};
@@ -47,6 +53,19 @@ pub(crate) struct Args {
     /// Speed of the serial line, bits per second
     #[arg(long, value_name = "BITS", default_value_t = 9600)]
     baud: u32,
+    /// How often the traffic is shown while there is any, seconds from 0.1 to 3600; 0: only when a
+    /// client leaves
+    #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = parse_traffic_s)]
+    traffic_s: f64,
+    /// How clients and traffic are told: `json` prints an object a line after the first line
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+}
+
+fn parse_traffic_s(text: &str) -> Result<f64, String> {
+    let allowed = |s: &f64| *s == 0.0 || (0.1..=3600.0).contains(s);
+    let seconds = text.parse::<f64>().ok().filter(allowed);
+    seconds.ok_or_else(|| "must be 0 or from 0.1 to 3600 s".to_owned())
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -89,27 +108,65 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
         door.name()
     );
     let config = ServerConfig { sense, ..ServerConfig::default() };
-    let mut node = Node { server: Server::new(config), config, field };
-    serve::forever(vec![door], &mut node, TICK, Log::new(Format::Text))?;
+    let every = Duration::from_secs_f64(args.traffic_s);
+    let mut node =
+        Node { server: Server::new(config), field, every, told: 0, next: Instant::now() + every };
+    serve::forever(vec![door], &mut node, TICK, Log::new(args.format))?;
     Ok(ExitCode::SUCCESS)
 }
 
 struct Node {
-    config: ServerConfig,
     server: Server,
     field: Field,
+    /// How often its traffic is told.
+    every: Duration,
+    /// Bytes received when it was told last.
+    told: u64,
+    next: Instant,
+}
+
+/// The server's text screen: characters received and errors (the thesis, Annex B1).
+fn traffic(counters: ServerCounters) -> (String, serde_json::Value) {
+    let ServerCounters { n_bytes_received, n_bytes_sent, n_requests, n_clamped, .. } = counters;
+    let (broken, given_up) = (counters.n_frame_errors, counters.n_frames_dropped);
+    let text = format!(
+        "{n_bytes_received} characters received in all, {n_requests} questions answered with \
+         {n_bytes_sent} characters, {} errors ({broken} broken frames, {given_up} given up, {} no \
+         questions), {n_clamped} intensities cut at 255",
+        counters.n_errors(),
+        counters.n_refused,
+    );
+    let facts = json!({
+        "received_bytes": n_bytes_received,
+        "sent_bytes": n_bytes_sent,
+        "requests": n_requests,
+        "errors": counters.n_errors(),
+        "broken_frames": broken,
+        "dropped_frames": given_up,
+        "refused_frames": counters.n_refused,
+        "clamped_intensities": n_clamped,
+    });
+    (text, facts)
 }
 
 impl Peer for Node {
-    fn tick(&mut self, exchanges: &mut [Exchange], _log: &mut Log) {
+    fn tick(&mut self, exchanges: &mut [Exchange], log: &mut Log) {
         for Exchange { received, out } in exchanges {
             self.server.receive(&self.field, received, out);
+        }
+        let counters = self.server.counters();
+        let is_new = counters.n_bytes_received != self.told;
+        if is_new && !self.every.is_zero() && Instant::now() >= self.next {
+            self.next = Instant::now() + self.every;
+            self.told = counters.n_bytes_received;
+            let (text, facts) = traffic(counters);
+            log.event("", "traffic", &text, facts);
         }
     }
 
     fn hang_up(&mut self, _line: usize) {
         // Half a request of the last client must not become the beginning of the next one's.
-        self.server = Server::new(self.config);
+        self.server.hang_up();
     }
 
     fn name(&self, _line: usize) -> Option<&str> {
@@ -126,7 +183,8 @@ impl Peer for Node {
     }
 
     fn farewell(&self, _line: usize) -> (String, serde_json::Value) {
-        (String::new(), serde_json::json!({}))
+        let (text, facts) = traffic(self.server.counters());
+        (format!("; {text}"), facts)
     }
 
     fn note_interval(&mut self, _interval: Duration) {}

@@ -69,6 +69,27 @@ fn the_pheromone_server_answers_the_golden_request() {
     assert_eq!(ask::<12>(&mut stream, &turned)[6..8], [0, 0]);
 }
 
+/// Characters received, questions and errors, on the screen and for programs (the thesis, Annex B1).
+#[test]
+fn the_pheromone_server_shows_its_traffic() {
+    let place = Place::new();
+    place.write("map.txt", "0 0 0\n1 1 1\n0 0 0\n");
+    let mut server =
+        place.serve("pheromone-server map.txt --listen 127.0.0.1:0 --traffic-s 3600 --format json");
+    let mut stream = connect(&server.address);
+    assert!(server.line().contains("connected"));
+    // A broken frame before the question; the client then leaves.
+    let question = [0x10, 9, 0x10, 2, 0x10, 0x10, 1, 7, 0, 0, 0, 0, 0, 0, 0x10, 3];
+    ask::<12>(&mut stream, &question);
+    drop(stream);
+    let traffic: serde_json::Value = serde_json::from_str(&server.line()).unwrap();
+    assert_eq!(traffic["event"], "left");
+    let counted = ["received_bytes", "sent_bytes", "requests", "errors", "broken_frames"]
+        .map(|key| traffic[key].as_u64().unwrap());
+    assert_eq!(counted, [16, 12, 1, 1, 1]);
+    place.cairn("pheromone-server map.txt --traffic-s 0.01").refused(2, &["0.1 to 3600"]);
+}
+
 /// The mission's driver and the robot are two processes; what is between them is the real one's bytes.
 #[test]
 fn a_mission_drives_a_robot_in_another_process() {

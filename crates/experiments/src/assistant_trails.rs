@@ -63,6 +63,8 @@ impl Setting {
         vec![
             // The thesis's robot drives off at once; its law turns it.
             "robots.navigator.turn_first=false".to_owned(),
+            // And its antennas alone lead it: no scout helps when they smell nothing.
+            "robots.navigator.preview_m=0".to_owned(),
             format!("robots.navigator.acceleration_mps2={acceleration_mps2}"),
             format!("robots.navigator.speed_mps={speed_mps}"),
             format!("robots.navigator.control_period_ms={period_ms}"),
@@ -187,13 +189,17 @@ fn corner_mission(sigma_m: f64, rng: &mut RandomStream) -> Result<Mission, Missi
         format!("robots.start=[{start_x_m}, 0.0, 0.0]"),
         "robots.navigator.avoidance=off".to_owned(),
         "robots.navigator.turn_first=false".to_owned(),
+        "robots.navigator.preview_m=0".to_owned(),
     ];
     Mission::load("trail-corner", &overrides)
 }
 
 fn free_mission(rng: &mut RandomStream) -> Result<Mission, MissionError> {
     let (x_m, yaw_deg) = (uniform(rng, 0.0, 0.2), uniform(rng, -30.0, 60.0));
-    let overrides = [format!("robots.start=[{x_m}, -1.0, {yaw_deg}]")];
+    let overrides = [
+        format!("robots.start=[{x_m}, -1.0, {yaw_deg}]"),
+        "robots.navigator.preview_m=0".to_owned(),
+    ];
     Mission::parse("free-trail.toml", FREE_TRAIL, &overrides)
 }
 

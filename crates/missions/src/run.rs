@@ -21,6 +21,7 @@ mod sides;
 mod tap;
 mod teleoperator;
 mod vehicle;
+mod words;
 
 use std::{collections::VecDeque, time::Duration};
 
@@ -171,17 +172,19 @@ impl Run {
         let vehicles = build::vehicles(&mission, seed, &mut world)?;
         let decision = build::decision(&mission);
         let parts = mission.parts();
-        let trail = parts.pheromones.as_ref().and_then(|p| Path::polyline(p.trails.first()?).ok());
+        let trails = parts.pheromones.iter().flat_map(|p| &p.trails);
+        let trails: Vec<Path> = trails.filter_map(|trail| Path::polyline(trail).ok()).collect();
         let metrics = parts
             .robots
             .iter()
             .zip(&vehicles)
             .map(|(r, v)| {
                 let by_hand = r.teleoperator.as_ref().map(|t| &t.path);
-                let path = by_hand.or(r.path.as_ref()).or(trail.as_ref());
+                let path = by_hand.or(r.path.as_ref());
+                let paths = path.map_or_else(|| trails.clone(), |path| vec![path.clone()]);
                 let approach_m = r.navigator.settings().approach_m;
                 let sides = r.path.as_ref().map(|path| sides::Sides::new(path, approach_m));
-                RobotMetrics::new(v.body, r.start, path.cloned(), sides)
+                RobotMetrics::new(v.body, r.start, paths, sides)
             })
             .collect();
         let devices = Devices::new(&parts.devices);

@@ -220,6 +220,8 @@ pub struct ViewRobot {
     pub bubble_m: Vec<f64>,
     /// What it is busy with.
     pub phase: &'static str,
+    /// What it does about its goal, or why it gave it up, in a sentence; empty without a goal.
+    pub task: String,
     /// State of the avoider's machine, 0 to 8.
     pub avoider_state: u8,
     /// The same in words.
@@ -243,7 +245,7 @@ pub struct ViewRobot {
     /// Battery, V, once it was reported.
     pub battery_v: Option<f64>,
     /// Why it gave up, if it did.
-    pub failure: Option<&'static str>,
+    pub failure: Option<String>,
 }
 
 /// A robot in brief.

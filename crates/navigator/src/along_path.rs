@@ -126,6 +126,7 @@ impl Navigator {
         // Resampled like a scout's walk, so that everything after works on both.
         let n_steps = PathRoute::n_preview_steps(goal_along_m);
         self.preview.clear();
+        self.preview_is_mixed.clear();
         for k in 0..=(n_steps as u32) {
             self.preview.push(path.point_at(goal_along_m * f64::from(k) / n_steps));
         }

@@ -17,7 +17,6 @@ use robot_models::{DriveGeometry, OdometryNoise, RobotModel};
 
 use crate::{
     messages::N_SONARS_MAX,
-    scout::Scout,
     steer::{LineSteering, TrailSteering},
 };
 
@@ -146,13 +145,12 @@ pub struct NavigatorSettings {
     pub goal_tolerance_m: f64,
     /// How well it must look the goal's way, radians, from 0.005 to 1.
     pub heading_tolerance_rad: f64,
-    /// How much of the trail the scout keeps known ahead of the robot, metres, from 0 to 20;
-    /// 0 sends no scout while driving.
+    /// How much of the way that the scout found the robot shows ahead of it, metres, from 0 to 20; with
+    /// 0 it forgets the way once it is under way and follows its antennas alone, also at junctions.
     pub preview_m: f64,
-    /// How far the scout walks to find whether a trail leads to the goal, metres, from 1 to 60.
+    /// How long a way to the goal the scout looks for, metres, from 1 to 60; a longer one is looked
+    /// for and driven in legs.
     pub scout_max_m: f64,
-    /// After so much walking towards the goal the robot sets out, metres, from 1 to 60.
-    pub scout_commit_m: f64,
     /// How far to drive on after the trail was lost, metres, from 0 to 5.
     pub lost_drive_m: f64,
     /// Attempts on one obstacle before the navigator gives up, from 1 to 100.
@@ -202,7 +200,6 @@ pub struct NavigatorConfig {
 #[derive(Clone, Debug)]
 pub(crate) struct Parts {
     pub(crate) machine: Machine,
-    pub(crate) scout: Scout,
     pub(crate) trail_steering: TrailSteering,
     pub(crate) line_steering: LineSteering,
     pub(crate) path_follower: PathFollower,
@@ -289,8 +286,7 @@ impl Default for NavigatorSettings {
             goal_tolerance_m: 0.06,
             heading_tolerance_rad: 4.0_f64.to_radians(),
             preview_m: 4.0,
-            scout_max_m: 30.0,
-            scout_commit_m: 5.0,
+            scout_max_m: 60.0,
             lost_drive_m: 0.6,
             attempts_max: 10,
             task_limit_s: 900.0,
@@ -400,7 +396,6 @@ impl TryFrom<NavigatorSettings> for NavigatorConfig {
         let wait = Duration::from_secs_f64(s.wait_s);
         let parts = Parts {
             machine: Machine::new(machine_config(s), &s.sensors, bubble.clone())?,
-            scout: Scout::new()?,
             trail_steering: trail_steering(s)?,
             line_steering: LineSteering::new()?,
             path_follower: PathFollower::new(PathFollowerConfig {
@@ -428,7 +423,6 @@ fn check_ranges(s: &NavigatorSettings) -> Result<(), ConfigError> {
         ("heading_tolerance_rad", s.heading_tolerance_rad, 0.005, 1.0, "from 0.005 to 1 rad"),
         ("preview_m", s.preview_m, 0.0, 20.0, "from 0 to 20 m"),
         ("scout_max_m", s.scout_max_m, 1.0, 60.0, "from 1 to 60 m"),
-        ("scout_commit_m", s.scout_commit_m, 1.0, 60.0, "from 1 to 60 m"),
         ("lost_drive_m", s.lost_drive_m, 0.0, 5.0, "from 0 to 5 m"),
         ("attempts_max", f64::from(s.attempts_max), 1.0, 100.0, "from 1 to 100"),
         ("task_limit_s", s.task_limit_s, 1.0, 36_000.0, "from 1 to 36 000 s"),

@@ -7,13 +7,13 @@
 //!
 //! A goal is reached by one of three [`Method`]s. On a pheromone trail the robot asks the server
 //! about its own pose every control period and steers by the difference of two antennas (the
-//! thesis, 5.3 and 7.4); in spare time a *scout*, a virtual twin, asks about poses ahead, so that
-//! the trail is known some metres in advance although the robot has no map of it. Obstacles are
-//! passed by the nine-state machine of crate `obstacle_avoidance`, and the trail is taken up again
-//! behind them.
+//! thesis, 5.3 and 7.4). Before it sets out a *scout* asks about places at which nobody is: it
+//! walks the network of trails branch by branch, so that the robot knows the shortest way although
+//! it has no map, and which branch to take where its antennas smell several. Obstacles are passed by
+//! the nine-state machine of crate `obstacle_avoidance`, and the trail is taken up again behind them.
 //!
 //! Every phase has a limit, and running into one is visible: [`Report::Failed`] with a
-//! [`FailureReason`]. When not to use it: it plans no path of its own and knows no map.
+//! [`FailureReason`]. When not to use it: it plans no path off the trails and knows no map of obstacles.
 //!
 //! Source: the thesis (Susnea, c. 2009, Univ. Galati), 1.2, 5.3, 6.3, 7.4, 7.5 and its Annex C;
 //! the scout, waiting before persons and the check of detours against remembered echoes are
@@ -42,4 +42,5 @@ pub use messages::{
     age_ms,
 };
 pub use navigator::Navigator;
+pub use scout::Scouting;
 pub use view::{NavigatorView, Phase};

@@ -17,9 +17,10 @@ use crate::{
         Command, FailureReason, GroundCommand, N_SONARS_MAX, Observation, Report, RobotStatus,
         Sensed,
     },
-    scout::{Scout, Starts},
+    scout::Scout,
     speed::Stillness,
     steer::{LineSteering, Sight, TrailSteering, to_wheels},
+    trail::PREVIEW_STEP_M,
     view::{NavigatorView, Phase},
 };
 
@@ -47,9 +48,6 @@ pub struct Navigator {
     pub(crate) bypass: Bypass,
     pub(crate) inquiry: Inquiry,
     pub(crate) scout: Scout,
-    /// The walk that did best so far while several are tried.
-    pub(crate) scout_best: Scout,
-    pub(crate) starts: Starts,
     pub(crate) trail_steering: TrailSteering,
     pub(crate) line_steering: LineSteering,
     pub(crate) phase: Phase,
@@ -63,6 +61,8 @@ pub struct Navigator {
     pub(crate) path_follower: PathFollower,
     /// The path ahead: where the trail runs, or the given path.
     pub(crate) preview: Vec<Vec2>,
+    /// Whether the antennas smell more than one trail there, point by point; may be shorter.
+    pub(crate) preview_is_mixed: Vec<bool>,
     pub(crate) preview_index: usize,
     pub(crate) turn: Option<Turn>,
     pub(crate) homing: Homing,
@@ -74,6 +74,8 @@ pub struct Navigator {
     pub(crate) intensities: Option<(f64, f64)>,
     pub(crate) last_own_at: Stamp,
     pub(crate) lost_from: Option<Vec2>,
+    /// Where the antennas ceased to smell anything, on the preview.
+    pub(crate) gap_from: Option<Vec2>,
     pub(crate) n_aims: u32,
     pub(crate) motion: WheelReference,
     pub(crate) line_from: Vec2,
@@ -107,9 +109,7 @@ impl Navigator {
             machine: parts.machine,
             bypass: Bypass::default(),
             inquiry: Inquiry::default(),
-            scout_best: parts.scout.clone().with_room(),
-            scout: parts.scout.with_room(),
-            starts: Starts::default(),
+            scout: Scout::new().with_room(),
             trail_steering: parts.trail_steering,
             line_steering: parts.line_steering,
             phase: Phase::Idle,
@@ -120,6 +120,7 @@ impl Navigator {
             route: None,
             path_follower: parts.path_follower,
             preview: Vec::with_capacity(1024),
+            preview_is_mixed: Vec::with_capacity(1024),
             preview_index: 0,
             turn: None,
             homing: Homing::default(),
@@ -131,6 +132,7 @@ impl Navigator {
             intensities: None,
             last_own_at: Stamp::ZERO,
             lost_from: None,
+            gap_from: None,
             n_aims: 0,
             motion: WheelReference::STOP,
             line_from: Vec2::zeros(),
@@ -186,6 +188,8 @@ impl Navigator {
         let speed_mps = self.speed_mps().abs().max(0.5 * settings.speed_mps);
         self.config.bubble.limits(speed_mps, settings.control_period_s, &mut bubble_limits_m);
         let preview_from = self.preview_index.min(self.preview.len());
+        let n_shown = (settings.preview_m / PREVIEW_STEP_M) as usize + 1;
+        let preview_to = (preview_from + n_shown).min(self.preview.len());
         let on_trail = matches!(self.phase, Phase::FollowTrail | Phase::LostTrail);
         let trail_error = self.intensities.map_or(0.0, |(left, right)| left - right);
         NavigatorView {
@@ -196,7 +200,9 @@ impl Navigator {
             ellipse: self.covariance.ellipse(ELLIPSE_N_SIGMA),
             goal_in_map: self.goal,
             target_in_map: self.target(),
-            preview_in_map: &self.preview[preview_from..],
+            preview_in_map: &self.preview[preview_from..preview_to],
+            scouting: self.scout.figures(),
+            way_ahead_m: self.preview_ahead_m(),
             intensities: self.intensities,
             bubble_limits_m,
             n_sonars: self.status.map_or(0, |s| s.n_sonars),
@@ -224,7 +230,7 @@ impl Navigator {
                 let intensities = (left.max(0.0), right.max(0.0));
                 match self.inquiry.answer(query) {
                     Some(Asker::Own) => self.follow_trail_step(now, intensities, commands),
-                    Some(Asker::Scout) => self.scout_step(intensities),
+                    Some(Asker::Scout) => self.scout_step(now, intensities),
                     None => {}
                 }
             }
@@ -433,13 +439,12 @@ impl Navigator {
         self.machine.stop(now);
         self.bypass = Bypass::default();
         self.inquiry.cancel();
-        self.scout.clear();
-        self.preview.clear();
-        self.preview_index = 0;
+        self.forget_preview();
         self.turn = None;
         self.curve = None;
         self.own_wanted = false;
         self.lost_from = None;
+        self.gap_from = None;
         self.n_aims = 0;
         self.n_via_done = 0;
         self.n_approach_aims = 0;

@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use geometry::{Se2, Segment, Twist, Vec2, wrap_to_pi};
+use geometry::{Se2, Segment, Vec2, wrap_to_pi};
 use path_following::{
     SettingError, TrailFollower, TrailSense, WheelReference,
     fuzzy::{FuzzyConfig, FuzzyController},
     signed_line_error_m, widths,
 };
-use robot_models::{DriveGeometry, WheelSpeeds};
+use robot_models::WheelSpeeds;
 use run_context::Stamp;
 
 /// Error at which the line's outermost fuzzy set is fully true, metres, at up to [`LAYOUT_MPS`].
@@ -160,11 +160,6 @@ enum Law {
 }
 
 impl TrailSteering {
-    /// With the default sets and rules.
-    pub(crate) fn new() -> Result<Self, SettingError> {
-        Self::fuzzy(FuzzyConfig::default())
-    }
-
     pub(crate) fn fuzzy(config: FuzzyConfig) -> Result<Self, SettingError> {
         let controller = FuzzyController::new(config)?;
         Ok(Self { law: Law::Fuzzy(controller), previous: None })
@@ -207,18 +202,6 @@ impl TrailSteering {
     }
 }
 
-/// Where a robot with these wheels is after `seconds`.
-pub(crate) fn advance(
-    pose: Se2,
-    wheels: WheelReference,
-    drive: &DriveGeometry,
-    seconds: f64,
-) -> Se2 {
-    let velocity = drive.body_velocity(to_wheels(wheels));
-    let dx_m = velocity.linear_mps * seconds;
-    pose.compose(Se2::exp(Twist { dx_m, dy_m: 0.0, dyaw_rad: velocity.angular_radps * seconds }))
-}
-
 /// The same speeds as the robots' crate names them.
 pub(crate) fn to_wheels(wheels: WheelReference) -> WheelSpeeds {
     WheelSpeeds { left_mps: wheels.left_mps, right_mps: wheels.right_mps }
@@ -226,6 +209,9 @@ pub(crate) fn to_wheels(wheels: WheelReference) -> WheelSpeeds {
 
 #[cfg(test)]
 mod tests {
+    use geometry::Twist;
+    use robot_models::DriveGeometry;
+
     use super::*;
 
     const DRIVE: DriveGeometry = DriveGeometry {
@@ -234,6 +220,17 @@ mod tests {
         encoder_ticks_per_turn: 500.0,
         gear_ratio: 38.3,
     };
+
+    /// Where a robot with these wheels is after `seconds`.
+    fn advance(pose: Se2, wheels: WheelReference, drive: &DriveGeometry, seconds: f64) -> Se2 {
+        let velocity = drive.body_velocity(to_wheels(wheels));
+        let dx_m = velocity.linear_mps * seconds;
+        pose.compose(Se2::exp(Twist {
+            dx_m,
+            dy_m: 0.0,
+            dyaw_rad: velocity.angular_radps * seconds,
+        }))
+    }
 
     fn seen(pose: Se2, step: usize, period_ms: u64) -> Sight {
         Sight { pose, about: Stamp::from_millis(period_ms * step as u64) }
@@ -300,7 +297,7 @@ mod tests {
 
     #[test]
     fn more_on_the_left_turns_left() {
-        let mut steering = TrailSteering::new().unwrap();
+        let mut steering = TrailSteering::fuzzy(FuzzyConfig::default()).unwrap();
         let wheels = steering.step(80.0, 40.0, 0.3, 1.0);
         assert!(wheels.right_mps > wheels.left_mps);
         steering.forget();

@@ -13,7 +13,7 @@ use crate::{
     inquiry::Asker,
     messages::{Command, FailureReason},
     navigator::Navigator,
-    scout::{Starts, Walk},
+    scout::Search,
     view::Phase,
 };
 
@@ -33,25 +33,46 @@ const ANSWER_ROUND_TRIP: Duration = Duration::from_millis(700);
 /// Deviation from the preview's direction from which the robot turns in place, radians.
 const TURN_FROM_RAD: f64 = 1.0;
 
-/// How far ahead on the preview the robot looks for its direction, points of 120 mm.
+/// Between two points of the preview, metres.
+pub(crate) const PREVIEW_STEP_M: f64 = 0.12;
+
+/// How far along the preview the robot may have come while it was busy with an obstacle, points.
+const RESUME_POINTS: usize = 50;
+
+/// How much longer than straight the rest of a way may be when the goal is headed for, metres.
+const WINDING_M: f64 = 0.8;
+
+/// Along the preview the robot steers for a point so many points ahead: it cuts corners by about
+/// half of that.
+const LINE_POINTS: usize = 3;
+
+/// A bend from which the robot slows down on the preview, radians, and how much.
+const BEND_RAD: f64 = 0.5;
+const BEND_PACE: f64 = 0.6;
+
+/// The longest gap in a trail that is driven across along the preview, metres.
+const GAP_MAX_M: f64 = 0.9;
+
+/// The same in one control period.
+const FOLLOW_POINTS: usize = 9;
+
+/// How far ahead on the preview the robot looks for its direction, points.
 const DIRECTION_POINTS: usize = 4;
 
 impl Navigator {
-    /// Begins to look for the trail, standing.
+    /// Begins to look for a trail to the goal, standing.
     pub(crate) fn aim_at_trail(&mut self, now: Stamp) {
         self.n_aims += 1;
-        self.starts = Starts::default();
-        self.scout.clear();
-        self.scout_best.clear();
-        self.preview.clear();
-        self.preview_index = 0;
+        self.forget_preview();
         self.lost_from = None;
         self.inquiry.cancel();
         self.enter(Phase::AimAtTrail, now);
-        self.next_start();
+        if let Some(goal) = self.goal_point() {
+            self.scout.begin(self.pose, goal, self.config.settings.scout_max_m);
+        }
     }
 
-    /// Standing, while the scout walks; then turning towards what it found.
+    /// Standing, while the scout asks; then turning towards what it found.
     pub(crate) fn aim_step(&mut self, now: Stamp, commands: &mut Vec<Command>) {
         if self.n_aims > N_AIMS_MAX {
             self.fail(FailureReason::TrailLost, now, commands);
@@ -59,15 +80,26 @@ impl Navigator {
             self.enter(Phase::Approach, now);
         } else if !self.preview.is_empty() {
             self.set_out(now, commands);
-        } else if self.scout.status() != Walk::Going {
-            // All starts are used up and none was good.
-            let settings = &self.config.settings;
-            let near_end = self.goal_is_straight_ahead(settings.approach_from_trail_end_m);
-            if near_end {
-                self.enter(Phase::Approach, now);
-                return;
-            }
-            let found = self.scout_best.smelled();
+        } else if self.scout.status() != Search::Going {
+            self.take_route(now, commands);
+        }
+    }
+
+    /// The scout is back: with a way, with the beginning of one, or without.
+    fn take_route(&mut self, now: Stamp, commands: &mut Vec<Command>) {
+        let settings = &self.config.settings;
+        let reach_m = settings.approach_from_trail_end_m;
+        let end = self.scout.route_end();
+        let is_leg = self.scout.status() == Search::LimitReached;
+        if let Some((end, from_goal_m)) = end.filter(|(_, m)| is_leg || *m <= reach_m) {
+            let goal = self.goal_point().filter(|_| from_goal_m < 0.5);
+            let (points, is_mixed) = (&mut self.preview, &mut self.preview_is_mixed);
+            self.scout.route(end, goal, PREVIEW_STEP_M, points, is_mixed);
+            self.preview_index = 0;
+        } else if self.goal_is_straight_ahead(reach_m) {
+            self.enter(Phase::Approach, now);
+        } else {
+            let found = self.scout.has_found_trails();
             let reason = if found { FailureReason::NoTrailToGoal } else { FailureReason::NoTrail };
             self.fail(reason, now, commands);
         }
@@ -84,68 +116,26 @@ impl Navigator {
             self.own_wanted = false;
             let pose = self.pose;
             self.inquiry.ask(now, Asker::Own, pose, commands);
-        } else if self.scout.status() == Walk::Going
-            && (self.phase == Phase::AimAtTrail && self.preview.is_empty()
-                || self.preview_ahead_m() < self.config.settings.preview_m)
+        } else if self.phase == Phase::AimAtTrail
+            && let Some(pose) = self.scout.question()
         {
-            let pose = self.scout.pose();
             self.inquiry.ask(now, Asker::Scout, pose, commands);
         }
     }
 
     /// The scout got its answer.
-    pub(crate) fn scout_step(&mut self, intensities: (f64, f64)) {
-        let Some(goal) = self.goal_point() else { return };
-        let n_before = self.scout.points().len();
-        self.scout.smell(intensities, goal, &self.config.settings.drive);
-        if self.phase == Phase::AimAtTrail && self.preview.is_empty() {
-            self.judge_walk(goal);
-        } else if self.scout.points().len() > n_before {
-            self.preview.extend(self.scout.points().last());
+    pub(crate) fn scout_step(&mut self, now: Stamp, intensities: (f64, f64)) {
+        if self.phase == Phase::AimAtTrail {
+            self.scout.answer(intensities);
+            // A search has a limit of its own.
+            self.note_progress(now);
         }
     }
 
-    /// Whether the present walk is good enough to set out, or the next start is due.
-    fn judge_walk(&mut self, goal: Vec2) {
-        let settings = &self.config.settings;
-        let from_m = (goal - self.pose.position()).norm();
-        let gained_m = from_m - self.scout.nearest_m();
-        match self.scout.status() {
-            Walk::AtGoal => self.accept_walk(),
-            Walk::Going => {
-                let long = self.scout.length_m() >= settings.scout_commit_m;
-                let now_at_m = (goal - self.scout.pose().position()).norm();
-                if long && from_m - now_at_m > 0.6 * settings.scout_commit_m {
-                    self.accept_walk();
-                }
-            }
-            Walk::TrailEnded | Walk::LimitReached => {
-                let better = self.scout_best.points().is_empty()
-                    || self.scout.smelled() && self.scout.nearest_m() < self.scout_best.nearest_m();
-                let near_end = self.scout.nearest_m() < settings.approach_from_trail_end_m;
-                if self.scout.smelled() && gained_m > 0.3 && near_end {
-                    self.accept_walk();
-                } else {
-                    if better {
-                        std::mem::swap(&mut self.scout, &mut self.scout_best);
-                    }
-                    self.next_start();
-                }
-            }
-        }
-    }
-
-    fn accept_walk(&mut self) {
+    pub(crate) fn forget_preview(&mut self) {
         self.preview.clear();
-        self.preview.extend_from_slice(self.scout.points());
+        self.preview_is_mixed.clear();
         self.preview_index = 0;
-    }
-
-    fn next_start(&mut self) {
-        self.scout.clear();
-        if let Some(start) = self.goal_point().and_then(|goal| self.starts.next(self.pose, goal)) {
-            self.scout.start(start, self.config.settings.scout_max_m);
-        }
     }
 
     /// Turns towards the preview and sets out; first drives to it if it begins elsewhere.
@@ -186,7 +176,10 @@ impl Navigator {
         if self.config.settings.method == Method::Path {
             self.take_up_path(now);
         } else {
-            self.advance_on_preview(now, true);
+            self.advance_on_preview(now, RESUME_POINTS);
+        }
+        if self.config.settings.method == Method::Trail && self.config.settings.preview_m <= 0.0 {
+            self.forget_preview();
         }
         self.enter(Phase::FollowTrail, now);
     }
@@ -197,12 +190,19 @@ impl Navigator {
             self.path_control(now, commands);
             return;
         }
-        self.advance_on_preview(now, false);
+        self.advance_on_preview(now, FOLLOW_POINTS);
         let settings = &self.config.settings;
-        let at_end = self.preview_ahead_m() < 0.4 && self.scout.status() != Walk::Going;
+        let ahead_m = self.preview_ahead_m();
+        let at_end = !self.preview.is_empty() && ahead_m < 0.4;
         let reach_m = if at_end { settings.approach_from_trail_end_m } else { settings.approach_m };
-        if self.goal_is_straight_ahead(reach_m) {
+        // A way may pass near its goal, behind a wall or on a loop, long before it leads there.
+        let is_short = self.preview.is_empty() || ahead_m < reach_m + WINDING_M;
+        if is_short && self.goal_is_straight_ahead(reach_m) {
             self.enter(Phase::Approach, now);
+            return;
+        }
+        if settings.method == Method::Trail && at_end && ahead_m < PREVIEW_STEP_M {
+            self.leave_preview(now, commands);
             return;
         }
         if self.turn.is_some() || self.must_turn_to_preview() {
@@ -240,7 +240,12 @@ impl Navigator {
         if !following || self.turn.is_some() || self.hazard(now) != Hazard::None {
             return;
         }
-        if left <= 0.0 && right <= 0.0 {
+        let is_lost = left <= 0.0 && right <= 0.0;
+        if self.is_led_by_preview(is_lost) {
+            self.follow_preview_step(now, commands);
+            return;
+        }
+        if is_lost {
             if self.phase == Phase::FollowTrail {
                 self.lost_from = Some(self.pose.position());
                 self.enter(Phase::LostTrail, now);
@@ -255,6 +260,45 @@ impl Navigator {
         let speed_mps = self.trail_speed_mps(now);
         let wheels = self.trail_steering.step(left, right, speed_mps, self.trail_pace());
         self.drive(wheels, commands);
+    }
+
+    /// Whether to drive along the preview and not after the antennas: they smell a branch that is not
+    /// taken, or nothing, because the trail has a gap.
+    fn is_led_by_preview(&mut self, is_lost: bool) -> bool {
+        if !is_lost {
+            self.gap_from = None;
+            return self.preview_is_mixed.get(self.preview_index).is_some_and(|mixed| *mixed);
+        }
+        let position = self.pose.position();
+        let gap_m = (position - *self.gap_from.get_or_insert(position)).norm();
+        self.phase == Phase::FollowTrail && self.preview_ahead_m() > 0.0 && gap_m < GAP_MAX_M
+    }
+
+    /// One step along the preview, by the law for straight lines.
+    fn follow_preview_step(&mut self, now: Stamp, commands: &mut Vec<Command>) {
+        let Some(last) = self.preview.len().checked_sub(1) else { return };
+        let point = |ahead: usize| self.preview[(self.preview_index + ahead).min(last)];
+        let from = self.preview[self.preview_index.saturating_sub(1).min(last)];
+        let (to, beyond) = (point(LINE_POINTS), point(2 * LINE_POINTS));
+        let yaw_rad = |way: Vec2| way.y.atan2(way.x);
+        let bend_rad = wrap_to_pi(yaw_rad(beyond - to) - yaw_rad(to - from)).abs();
+        let slowly = if bend_rad > BEND_RAD { BEND_PACE } else { 1.0 };
+        self.trail_steering.forget();
+        let speed_mps = slowly * self.trail_speed_mps(now);
+        let wheels = self.line_steering.step(self.sight(), from, to, speed_mps);
+        self.drive(wheels, commands);
+    }
+
+    /// The way that the scout found is driven: on to the goal, or another search from here.
+    fn leave_preview(&mut self, now: Stamp, commands: &mut Vec<Command>) {
+        let Some(goal) = self.goal_point() else { return };
+        let reach_m = self.config.settings.approach_from_trail_end_m + PREVIEW_STEP_M;
+        if (goal - self.pose.position()).norm() <= reach_m {
+            self.enter(Phase::Approach, now);
+        } else {
+            self.stop_wheels(commands);
+            self.aim_at_trail(now);
+        }
     }
 
     /// One control period without a trail: straight on and slowly, for a bounded way.
@@ -304,11 +348,10 @@ impl Navigator {
         (way.norm() > 0.15).then(|| way.y.atan2(way.x))
     }
 
-    /// Moves the preview's index to the point nearest to the robot, searching ahead only; all of
-    /// the preview when `anywhere`, else a metre.
-    pub(crate) fn advance_on_preview(&mut self, now: Stamp, anywhere: bool) {
+    /// Moves the preview's index to the point nearest to the robot, looking at `n_ahead` points: a
+    /// way may pass the same place twice.
+    pub(crate) fn advance_on_preview(&mut self, now: Stamp, n_ahead: usize) {
         let position = self.pose.position();
-        let n_ahead = if anywhere { usize::MAX } else { 9 };
         let candidates = self.preview.iter().enumerate().skip(self.preview_index).take(n_ahead);
         let nearest = candidates.min_by(|(_, a), (_, b)| {
             (*a - position).norm_squared().total_cmp(&(*b - position).norm_squared())
@@ -323,7 +366,7 @@ impl Navigator {
     /// Length of the preview ahead of the robot, metres.
     pub(crate) fn preview_ahead_m(&self) -> f64 {
         let ahead = self.preview.get(self.preview_index..).unwrap_or(&[]);
-        0.12 * ahead.len().saturating_sub(1) as f64
+        PREVIEW_STEP_M * ahead.len().saturating_sub(1) as f64
     }
 
     /// Whether the goal is within reach and nothing was heard on the straight way to it.

@@ -3,7 +3,10 @@
 use geometry::{Base, Map, Transform2, Vec2};
 use robot_models::UncertaintyEllipse;
 
-use crate::messages::{FailureReason, N_SONARS_MAX};
+use crate::{
+    messages::{FailureReason, N_SONARS_MAX},
+    scout::Scouting,
+};
 
 /// What a navigator is busy with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -72,8 +75,12 @@ pub struct NavigatorView<'a> {
     pub goal_in_map: Option<Transform2<Map, Base>>,
     /// The point that is driven to at present, if any (m, map).
     pub target_in_map: Option<Vec2>,
-    /// The path ahead as far as it is known: the scout's walk or the given path (m, map).
+    /// The path ahead, up to `preview_m`: the way that the scout found or the given path (m, map).
     pub preview_in_map: &'a [Vec2],
+    /// Length of the whole path ahead, metres.
+    pub way_ahead_m: f64,
+    /// What the scout has asked and found for the present goal, or for the last one.
+    pub scouting: Scouting,
     /// The last intensities at the robot's own pose: left, right.
     pub intensities: Option<(f64, f64)>,
     /// The bubble's boundary of each sensor, metres; zero where there is no sensor.

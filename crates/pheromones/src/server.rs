@@ -37,7 +37,7 @@ impl Default for ServerConfig {
     }
 }
 
-/// What the server has seen so far.
+/// What the server has seen so far: its traffic monitor (the thesis, Annex B1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ServerCounters {
     /// Requests answered.
@@ -46,8 +46,21 @@ pub struct ServerCounters {
     pub n_refused: u64,
     /// Intensities above 255 that were sent as 255.
     pub n_clamped: u64,
-    /// Broken frames.
+    /// Broken frames, as the thesis's program counts them: a wrong byte before the payload.
     pub n_frame_errors: u64,
+    /// Frames given up after their payload had begun, and such that were too long.
+    pub n_frames_dropped: u64,
+    /// Bytes received, whatever they were.
+    pub n_bytes_received: u64,
+    /// Bytes of answers.
+    pub n_bytes_sent: u64,
+}
+
+impl ServerCounters {
+    /// All that was received in vain: broken, given up and refused frames.
+    pub fn n_errors(&self) -> u64 {
+        self.n_frame_errors + self.n_frames_dropped + self.n_refused
+    }
 }
 
 /// The last question of a robot and what it was told.
@@ -90,6 +103,8 @@ pub struct Server {
     config: ServerConfig,
     receiver: Receiver,
     counters: ServerCounters,
+    /// The counters when the receiver was new.
+    before: ServerCounters,
     exchanges: BTreeMap<u8, Exchange>,
 }
 
@@ -100,6 +115,7 @@ impl Server {
             config,
             receiver: Receiver::default(),
             counters: ServerCounters::default(),
+            before: ServerCounters::default(),
             exchanges: BTreeMap::new(),
         }
     }
@@ -119,6 +135,8 @@ impl Server {
         bytes: &[u8],
         out: &mut Vec<u8>,
     ) {
+        self.counters.n_bytes_received += bytes.len() as u64;
+        let n_out_before = out.len();
         for &byte in bytes {
             let Some(payload) = self.receiver.push(byte) else { continue };
             let Ok(request) = Request::decode(payload, self.config.byte_order) else {
@@ -134,7 +152,18 @@ impl Server {
             let exchange = Exchange { request, intensities, reply, n_requests: n_before + 1 };
             self.exchanges.insert(request.robot_id, exchange);
         }
-        self.counters.n_frame_errors = self.receiver.n_errors();
+        self.counters.n_bytes_sent += (out.len() - n_out_before) as u64;
+        self.counters.n_frame_errors = self.before.n_frame_errors + self.receiver.n_errors();
+        self.counters.n_frames_dropped =
+            self.before.n_frames_dropped + self.receiver.n_dropped() + self.receiver.n_overflows();
+    }
+
+    /// The robots at the other end have gone: forgets half a frame and the last exchanges, and goes on
+    /// counting.
+    pub fn hang_up(&mut self) {
+        self.receiver = Receiver::default();
+        self.exchanges.clear();
+        self.before = self.counters;
     }
 
     /// The last exchange with a robot.
@@ -282,6 +311,28 @@ mod tests {
         assert_eq!((counters.n_requests, counters.n_refused, counters.n_frame_errors), (3, 1, 1));
         let counts: Vec<(u8, u64)> = server.exchanges().map(|(id, e)| (id, e.n_requests)).collect();
         assert_eq!(counts, [(3, 2), (200, 1)]);
+    }
+
+    /// The traffic monitor of the thesis's server: characters received, and errors, over all clients.
+    #[test]
+    fn traffic_is_counted_across_hang_ups() {
+        let field = trail(1);
+        let mut server = Server::new(ServerConfig::default());
+        let question = [0x10, 2, 0x10, 0x10, 1, 1, 0, 0, 0, 0, 0, 0, 0x10, 3];
+        let n_out = ask(&mut server, &field, &question).len() as u64;
+        // No STX after the DLE; then a frame that is given up after two bytes of payload.
+        ask(&mut server, &field, &[0x10, 7, 0x10, 2, 0x10, 0x10, 1, 2, 0x10, 9]);
+        // Half a question of somebody who leaves.
+        ask(&mut server, &field, &question[..9]);
+        server.hang_up();
+        assert!(server.last_exchange(1).is_none());
+        ask(&mut server, &field, &question);
+        ask(&mut server, &field, &[0x10, 7]);
+        let counters = server.counters();
+        assert_eq!(counters.n_bytes_received, 14 + 10 + 9 + 14 + 2);
+        assert_eq!(counters.n_bytes_sent, 2 * n_out);
+        assert_eq!((counters.n_requests, counters.n_frame_errors), (2, 2));
+        assert_eq!((counters.n_frames_dropped, counters.n_errors()), (1, 3));
     }
 
     proptest! {

@@ -245,7 +245,7 @@ fn robot_state((id, (robot, info)): (usize, (&ViewRobot, &SceneRobot))) -> Robot
         touching: robot.touching,
         clearance_m: robot.clearance_m.map(rounded),
         battery_v: robot.battery_v.map(rounded),
-        failure: robot.failure.map(str::to_owned),
+        failure: robot.failure.clone(),
     }
 }
 

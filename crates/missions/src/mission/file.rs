@@ -558,7 +558,7 @@ pub struct NavigatorFile {
     pub turn_first: bool,
     /// How long it waits for an obstacle to go away, s; 0: not at all.
     pub wait_s: f64,
-    /// How much of the trail its scout keeps known ahead, m; 0: no scout while driving.
+    /// How much of the way that its scout found it shows ahead, m; 0: it follows its antennas alone, also at junctions.
     pub preview_m: f64,
     /// Within this distance of the goal it leaves the trail for a straight line, m.
     pub approach_m: f64,

@@ -27,6 +27,7 @@ pub(crate) const MISSIONS: &[ShippedMission] = shipped![
     "doorbell-answered",
     "trail-45deg",
     "trail-corner",
+    "trail-junctions",
     "path-slalom",
     "one-obstacle",
     "intermediate-goals",

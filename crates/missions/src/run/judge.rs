@@ -237,7 +237,7 @@ impl Item {
                     format!(
                         "; {}: {}",
                         vehicle.name,
-                        vehicle.failure().unwrap_or_else(|| vehicle.phase_name())
+                        vehicle.failure().unwrap_or_else(|| vehicle.phase_name().to_owned())
                     )
                 });
                 text.extend(reasons);

@@ -5,7 +5,7 @@
 
 use geometry::{Se2, Transform2};
 use navigator::{Command, GroundCommand, Observation, Report, Sensed};
-use pheromones::{Field, SenseConfig, Server, ServerConfig};
+use pheromones::{Field, SenseConfig, Server, ServerConfig, ServerCounters};
 use robot_models::WheelSpeeds;
 use run_context::{Stamp, StateHash};
 use simulator::{BodyId, World};
@@ -346,6 +346,14 @@ impl ServerLine {
     pub(super) fn link(&self) -> Option<&Link> {
         match self {
             Self::Wired(wired) => Some(&wired.link),
+            Self::Nothing | Self::Direct { .. } => None,
+        }
+    }
+
+    /// What the server counted, where there is a link to it.
+    pub(super) fn traffic(&self) -> Option<ServerCounters> {
+        match self {
+            Self::Wired(wired) => Some(wired.server.counters()),
             Self::Nothing | Self::Direct { .. } => None,
         }
     }

@@ -28,7 +28,7 @@ const CLEARANCE_EXACT_M: f64 = 0.005;
 #[derive(Clone, Debug)]
 pub(super) struct RobotMetrics {
     body: Option<BodyId>,
-    trail: Option<Path>,
+    trails: Vec<Path>,
     /// The path that it must drive before it counts as arrived.
     sides: Option<Sides>,
     start: Se2,
@@ -83,12 +83,12 @@ impl RobotMetrics {
     pub(super) fn new(
         body: Option<BodyId>,
         start: Se2,
-        trail: Option<Path>,
+        trails: Vec<Path>,
         sides: Option<Sides>,
     ) -> Self {
         Self {
             body,
-            trail,
+            trails,
             sides,
             start,
             last: start,
@@ -212,13 +212,20 @@ impl RobotMetrics {
     }
 
     fn tracking(&mut self, at: Vec2, following: bool) {
-        let Some(trail) = &self.trail else { return };
         let s = self.along_trail_m;
-        // Near the last projection, so that a trail that comes near itself is not mixed up.
-        let projection = if s.is_finite() {
-            trail.project_within(at, s - PROJECTION_WINDOW_M, s + PROJECTION_WINDOW_M)
-        } else {
-            trail.project(at)
+        let projection = match &self.trails[..] {
+            // Near the last projection, so that a trail that comes near itself is not mixed up.
+            [trail] if s.is_finite() => {
+                trail.project_within(at, s - PROJECTION_WINDOW_M, s + PROJECTION_WINDOW_M)
+            }
+            // Of a network the nearest trail counts, whichever the robot means to follow.
+            trails => {
+                let all = trails.iter().map(|trail| trail.project(at));
+                let nearest =
+                    all.min_by(|a, b| a.cross_track_m.abs().total_cmp(&b.cross_track_m.abs()));
+                let Some(nearest) = nearest else { return };
+                nearest
+            }
         };
         self.along_trail_m = projection.arc_length_m;
         let e = projection.cross_track_m;

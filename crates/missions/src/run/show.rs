@@ -1,6 +1,6 @@
 //! The changing part of what a run shows, and its figures.
 
-use super::{Run, ground::DecisionNode, metrics::RobotMetrics, scene, vehicle::Vehicle};
+use super::{Run, ground::DecisionNode, metrics::RobotMetrics, scene, vehicle::Vehicle, words};
 use crate::{
     summary::{Figure, Summary},
     view::{Pose, ViewDecision, ViewFigures, ViewPerson, ViewRobot, ViewState, ViewTimer},
@@ -56,6 +56,7 @@ fn robot(run: &Run, vehicle: &Vehicle, metrics: &RobotMetrics) -> ViewRobot {
         sonar_m: status.map_or_else(Vec::new, |s| shown(&s.sonar_ranges_m, s.n_sonars)),
         bubble_m: shown(&mind.bubble_limits_m, mind.n_sonars),
         phase: vehicle.phase_name(),
+        task: words::task(&mind),
         avoider_state: mind.avoider_state,
         avoider_name: mind.avoider_name,
         goal: mind.goal_in_map.map(|g| g.se2().into()),
@@ -198,9 +199,16 @@ fn robot_figures(run: &Run, m: &RobotMetrics, figures: &mut Vec<Figure>) {
 
 fn link_figures(run: &Run, vehicle: &Vehicle, figures: &mut Vec<Figure>) {
     let [robot, server, ground] = vehicle.utilisations(run.now());
+    let traffic = vehicle.server_traffic();
+    let received = traffic.map(|t| t.n_bytes_received as f64);
+    let questions = traffic.map(|t| t.n_requests as f64);
+    let errors = traffic.map(|t| t.n_errors() as f64);
     figures.extend([
         figure("robot_link_ratio", robot, "busier direction of the robot link: time used"),
         figure("pheromone_link_ratio", server, "the same of the link to the server"),
+        figure("pheromone_received_bytes", received, "characters that the server received"),
+        figure("pheromone_questions", questions, "questions that it answered"),
+        figure("pheromone_errors", errors, "frames that it received in vain: broken or no question"),
         figure("ground_link_ratio", ground, "the same of the link to the ground"),
         figure(
             "navigation_cycle_max_ms",

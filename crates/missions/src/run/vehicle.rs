@@ -6,11 +6,11 @@ use drivers::{
     GroundClient, GroundLinkConfig, GroundStation, LineTiming, PheromoneClient,
     PheromoneClientConfig, PioneerDriver, PioneerDriverConfig, PioneerSettings,
 };
-use geometry::Transform2;
+use geometry::{Se2, Transform2};
 use navigator::{
     Command, FailureReason, GroundCommand, Navigator, Observation, Phase, RobotStatus, Sensed,
 };
-use pheromones::{Field, ServerConfig};
+use pheromones::{Field, ServerConfig, ServerCounters};
 use robot_models::WheelSpeeds;
 use run_context::{RunSeed, Stamp, StateHash};
 use simulator::{BodyId, World};
@@ -29,6 +29,7 @@ use super::{
     ring_log::RingLog,
     tap::Tap,
     teleoperator::Teleoperator,
+    words,
 };
 use crate::{
     cut::{Cuts, Direction, Line},
@@ -65,6 +66,7 @@ pub(super) struct Vehicle {
     telemetry: Telemetry,
     status: Option<RobotStatus>,
     last_phase: Phase,
+    last_goal: Option<Se2>,
     news: Vec<(LogLevel, String)>,
     /// Takes no more orders.
     halts: Halt,
@@ -119,6 +121,7 @@ impl Vehicle {
             telemetry: Telemetry::default(),
             status: None,
             last_phase: Phase::Idle,
+            last_goal: None,
             news: Vec::new(),
             halts: Halt::No,
             is_lost: false,
@@ -282,13 +285,20 @@ impl Vehicle {
             return;
         }
         let phase = self.navigator.phase();
-        if phase == self.last_phase {
+        let view = self.navigator.view();
+        let goal = view.goal_in_map.map(|goal| goal.se2());
+        let is_new_goal = phase == Phase::AimAtTrail && goal != self.last_goal;
+        self.last_goal = goal;
+        if phase == self.last_phase && !is_new_goal {
             return;
         }
         self.last_phase = phase;
         let (level, text) = match phase {
             Phase::Arrived => (LogLevel::Good, "stands at its goal".to_owned()),
-            Phase::Failed(reason) => (LogLevel::Bad, format!("gives up: {}", reason.as_str())),
+            Phase::Failed(reason) => {
+                (LogLevel::Bad, format!("gives up: {}", words::failure(reason, view.scouting)))
+            }
+            Phase::AimAtTrail => (LogLevel::Info, words::task(&view)),
             Phase::Avoid | Phase::Wait | Phase::LostTrail => {
                 (LogLevel::Warn, phase.name().to_owned())
             }
@@ -337,10 +347,10 @@ impl Vehicle {
     }
 
     /// Why it gave up, if it did.
-    pub(super) fn failure(&self) -> Option<&'static str> {
+    pub(super) fn failure(&self) -> Option<String> {
         match self.navigator.phase() {
-            Phase::Failed(reason) => Some(reason.as_str()),
-            _ if self.telemetry.unanswered => Some("the order was never answered"),
+            Phase::Failed(reason) => Some(words::failure(reason, self.navigator.view().scouting)),
+            _ if self.telemetry.unanswered => Some("the order was never answered".to_owned()),
             _ => None,
         }
     }
@@ -384,6 +394,11 @@ impl Vehicle {
             let busier = sent(End::A).max(sent(End::B)) as f64;
             Some(busier * self.byte_times[i].as_secs_f64() / time_s)
         })
+    }
+
+    /// What the pheromone server at the end of its link counted.
+    pub(super) fn server_traffic(&self) -> Option<ServerCounters> {
+        self.server.traffic()
     }
 
     /// Begins or ends reading along on its links.
