@@ -35,6 +35,7 @@ mod names;
 mod operands;
 mod parser;
 mod program;
+mod rehearsal;
 mod resources;
 mod ring;
 mod source_text;
@@ -54,5 +55,8 @@ pub use machine::{
 pub use moves::{MovePoints, MoveReport, MoveSignal, MoveState};
 pub use names::Symbol;
 pub use program::{Function, Operand, OperandKind, Program, Span};
+pub use rehearsal::{
+    Rehearsal, Row, Script, ScriptError, rehearse, watched_all, watched_by_default,
+};
 pub use resources::{EdgeCode, Family, N_RESOURCES, NameError, ResourceId, ValueKind};
 pub use source_text::{Encoding, SOURCE_BYTES_MAX, SourceText, read_source};

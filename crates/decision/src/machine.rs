@@ -12,7 +12,7 @@ use std::{ops::Add as _, sync::Arc, time::Duration};
 use run_context::{Stamp, StateHash};
 
 use crate::{
-    Code, DateTime, Family, Program, ResourceId, decode,
+    Code, DateTime, Family, OPCODE_END_OF_CYCLE, OPCODE_READ_INPUTS, Program, ResourceId, decode,
     execute::{LISTING_PROGRAM_BYTES, Memory},
     moves::{MovePoints, MoveReport, MoveState},
     timers::quantum_ticks,
@@ -110,6 +110,8 @@ pub struct Fault {
 pub struct ScanReport {
     /// Instructions executed, reading inputs and writing outputs included.
     pub n_instructions: usize,
+    /// Functions among them. [`FUNCTION_MS`](crate::FUNCTION_MS) is about these.
+    pub n_functions: usize,
     /// How it ended; never [`Step::Executed`].
     pub end: Step,
 }
@@ -268,13 +270,17 @@ impl Machine {
     /// many instructions as the program memory has bytes.
     pub fn scan(&mut self) -> ScanReport {
         let mut n_instructions: usize = 0;
+        let mut n_functions: usize = 0;
         loop {
+            let opcode = self.image.get(self.memory.next).copied();
+            let is_function = !matches!(opcode, Some(OPCODE_READ_INPUTS | OPCODE_END_OF_CYCLE));
             let end = self.step_instruction();
             if matches!(end, Step::Executed | Step::EndOfScan) {
                 n_instructions = n_instructions.saturating_add(1);
+                n_functions = n_functions.saturating_add(usize::from(is_function));
             }
             if end != Step::Executed {
-                return ScanReport { n_instructions, end };
+                return ScanReport { n_instructions, n_functions, end };
             }
         }
     }

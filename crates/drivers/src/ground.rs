@@ -20,9 +20,11 @@ pub struct GroundLinkConfig {
     pub byte_order: ByteOrder,
     /// Whether DLEs in the payload are doubled.
     pub framing: Framing,
-    /// Ground only: time after which an unanswered order is sent again.
+    /// Ground only: time after which an unanswered order is sent again, and from one question after
+    /// a goal to the next.
     pub retry_period: Duration,
-    /// Ground only: how often an order is sent at most.
+    /// Ground only: how often an order or a question is sent at most; the vehicle counts as silent
+    /// when so many were not answered.
     pub n_tries: u32,
 }
 
@@ -39,16 +41,18 @@ impl Default for GroundLinkConfig {
 
 /// The vehicle's end: orders become observations, reports become messages.
 ///
-/// A goal is acknowledged at once by a report of state 1, as in the thesis, so the navigator's own
-/// first report of state 1 is not sent again. A goal that comes a second time, because the
-/// acknowledgement was lost, is only acknowledged. Stop is acknowledged by a report of state 0.
-///
-/// Differences: in the thesis nothing answers a stop, so whoever sent it cannot know that it was lost.
+/// A goal is acknowledged at once, and its end is reported with its number. A goal that comes a
+/// second time, because the answer was lost, is only answered again: by what became of it, if it has
+/// ended since. A target of the thesis, which has no number, is acknowledged by a report of state 1
+/// as there, so the navigator's own first report of state 1 is not sent again.
 #[derive(Clone, Debug)]
 pub struct GroundClient {
     config: GroundLinkConfig,
     receiver: Receiver,
+    /// The goal or target that the navigator drives to.
     goal: Option<ToVehicle>,
+    /// The last numbered goal that has ended, and how.
+    ended: Option<(ToVehicle, ToGround)>,
     acknowledged_state: bool,
     n_bad: u64,
 }
@@ -60,6 +64,7 @@ impl GroundClient {
             config,
             receiver: Receiver::default(),
             goal: None,
+            ended: None,
             acknowledged_state: false,
             n_bad: 0,
         }
@@ -96,13 +101,10 @@ impl GroundClient {
                 return;
             }
             Report::StateEntered(state) => ToGround::State(state),
-            Report::Arrived => {
-                self.goal = None;
-                ToGround::Arrived
-            }
+            Report::Arrived => self.end(|number| ToGround::Arrived { number }),
             Report::Failed(reason) => {
-                self.goal = None;
-                ToGround::Failed(failure_code(reason))
+                let reason = failure_code(reason);
+                self.end(|number| ToGround::Failed { number, reason })
             }
             // A cast from a float saturates: 655 m and more are sent as 65 535 cm.
             Report::Sonar(ranges_m) => {
@@ -118,33 +120,80 @@ impl GroundClient {
         self.n_bad
     }
 
+    /// The present goal has ended: what is said of it now, and whenever it is asked for again.
+    fn end(&mut self, report: impl FnOnce(u8) -> ToGround) -> ToGround {
+        match self.goal.take() {
+            Some(goal @ ToVehicle::GoTo { number, .. }) => {
+                let message = report(number);
+                self.ended = Some((goal, message));
+                message
+            }
+            _ => report(0),
+        }
+    }
+
     fn take(&mut self, message: ToVehicle, out: &mut Vec<u8>) -> Option<GroundCommand> {
         match message {
-            ToVehicle::GoTo { x_mm, y_mm, heading_deg } => {
-                self.send(ToGround::State(1), out);
-                if self.goal.replace(message) == Some(message) {
+            ToVehicle::GoTo { number, x_mm, y_mm, heading_deg } => {
+                if let Some((_, outcome)) = self.ended.filter(|(goal, _)| *goal == message) {
+                    self.send(outcome, out);
                     return None;
                 }
-                self.acknowledged_state = true;
+                self.send(ToGround::UnderWay { number }, out);
+                self.begin(message, [x_mm, y_mm, heading_deg])
+            }
+            ToVehicle::Target { x_mm, y_mm } => {
+                self.send(ToGround::State(1), out);
                 // The navigator ends with some heading in any case; without one it is the map's x
                 // axis.
-                let heading_rad = f64::from(heading_deg.unwrap_or(0)).to_radians();
-                let goal = Se2::new(0.001 * f64::from(x_mm), 0.001 * f64::from(y_mm), heading_rad);
-                Some(GroundCommand::GoTo { goal_in_map: Transform2::new(goal) })
+                let order = self.begin(message, [x_mm, y_mm, 0]);
+                self.acknowledged_state |= order.is_some();
+                order
+            }
+            ToVehicle::Ask { number } => {
+                self.send(self.became(number), out);
+                None
             }
             ToVehicle::Stop => {
                 self.send(ToGround::State(0), out);
-                self.goal = None;
+                self.forget();
                 Some(GroundCommand::Stop)
             }
             ToVehicle::Restart => {
-                self.goal = None;
+                self.forget();
                 self.send(ToGround::Restarted, out);
                 Some(GroundCommand::Restart)
             }
             ToVehicle::ReportSonar => Some(GroundCommand::ReportSonar),
             ToVehicle::LinkTest => Some(GroundCommand::LinkTest),
         }
+    }
+
+    /// A goal in millimetres and degrees, unless it is the present one.
+    fn begin(&mut self, message: ToVehicle, goal: [i16; 3]) -> Option<GroundCommand> {
+        if self.goal.replace(message) == Some(message) {
+            return None;
+        }
+        self.ended = None;
+        self.acknowledged_state = false;
+        let [x_mm, y_mm, heading_deg] = goal.map(f64::from);
+        let goal = Se2::new(0.001 * x_mm, 0.001 * y_mm, heading_deg.to_radians());
+        Some(GroundCommand::GoTo { goal_in_map: Transform2::new(goal) })
+    }
+
+    /// What became of a goal.
+    fn became(&self, asked: u8) -> ToGround {
+        let is_asked =
+            |goal: ToVehicle| matches!(goal, ToVehicle::GoTo { number, .. } if number == asked);
+        match (self.goal, self.ended) {
+            (Some(goal), _) if is_asked(goal) => ToGround::UnderWay { number: asked },
+            (_, Some((goal, outcome))) if is_asked(goal) => outcome,
+            _ => ToGround::Unknown { number: asked },
+        }
+    }
+
+    fn forget(&mut self) {
+        (self.goal, self.ended, self.acknowledged_state) = (None, None, false);
     }
 
     fn send(&self, message: ToGround, out: &mut Vec<u8>) {
@@ -157,22 +206,62 @@ impl GroundClient {
 pub enum GroundStationEvent {
     /// The vehicle said something.
     Heard(ToGround),
-    /// An order was sent as often as permitted and never answered; a stop is sent on.
+    /// News of the last goal; never of one before it, nor twice the same.
+    Goal {
+        /// Which goal.
+        number: u8,
+        /// What became of it.
+        news: GoalNews,
+    },
+    /// An order without a goal was sent as often as permitted and never answered; a stop is sent on.
     Unanswered(ToVehicle),
+}
+
+/// What became of a goal. After all but the first, nothing more is said of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GoalNews {
+    /// The vehicle has it.
+    UnderWay,
+    /// The vehicle stands there.
+    Arrived,
+    /// The vehicle has given it up, for a reason ([`failure_text`]).
+    Failed(u8),
+    /// The vehicle had it and does not know it any more: it was switched off and on, stopped or
+    /// sent elsewhere by others.
+    Forgotten,
+    /// The vehicle has been silent for too long. It is told to stop, until it answers that.
+    Silent,
 }
 
 /// The ground's end: the decision unit or the operator's station.
 ///
-/// Goals, restarts, sonar requests and link tests are repeated until answered, at most
-/// [`GroundLinkConfig::n_tries`] times. Stop is sent twice at once, as in the thesis, and then four
+/// A goal is repeated until it is answered, and then asked for once in every
+/// [`retry_period`](GroundLinkConfig::retry_period), so that a report that was lost is only late, a vehicle that
+/// has forgotten its goal is found out, and a silent one is given up. Reports about other goals than
+/// the last are not believed. Restarts, sonar requests and link tests are repeated until answered, at
+/// most [`GroundLinkConfig::n_tries`] times. Stop is sent twice at once, as in the thesis, and then four
 /// times a second until it is answered, however long that takes. A newer order replaces one that is
 /// still unanswered.
 #[derive(Clone, Debug)]
 pub struct GroundStation {
     config: GroundLinkConfig,
     receiver: Receiver,
+    last_number: u8,
+    goal: Option<OpenGoal>,
     unanswered: Option<Unanswered>,
     n_bad: u64,
+}
+
+/// The last goal, until its end is known.
+#[derive(Clone, Copy, Debug)]
+struct OpenGoal {
+    number: u8,
+    order: ToVehicle,
+    is_acknowledged: bool,
+    /// When the vehicle was last spoken to about it.
+    sent: Stamp,
+    /// How often since it last answered.
+    n_sent: u32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -183,24 +272,56 @@ struct Unanswered {
 }
 
 impl GroundStation {
-    /// A station that has said nothing yet.
+    /// A station that has said nothing yet. Its first goal has number 1.
     pub fn new(config: GroundLinkConfig) -> Self {
-        Self { config, receiver: Receiver::default(), unanswered: None, n_bad: 0 }
+        Self::going_on_after(0, config)
     }
 
-    /// Sends an order.
+    /// A station that is switched on again: its first goal has the number after `last_number`, so that
+    /// a vehicle that was not switched off does not take it for one that it has had.
+    pub fn going_on_after(last_number: u8, config: GroundLinkConfig) -> Self {
+        let receiver = Receiver::default();
+        Self { config, receiver, last_number, goal: None, unanswered: None, n_bad: 0 }
+    }
+
+    /// Sends a goal, in millimetres and degrees of the map, and gives its number. It replaces the goal
+    /// before, of which nothing more is heard.
+    pub fn go_to(
+        &mut self,
+        now: Stamp,
+        [x_mm, y_mm, heading_deg]: [i16; 3],
+        out: &mut Vec<u8>,
+    ) -> u8 {
+        // 1 to 255, round and round.
+        let number = self.last_number % u8::MAX + 1;
+        self.last_number = number;
+        let order = ToVehicle::GoTo { number, x_mm, y_mm, heading_deg };
+        self.say(order, out);
+        self.unanswered = None;
+        self.goal = Some(OpenGoal { number, order, is_acknowledged: false, sent: now, n_sent: 1 });
+        number
+    }
+
+    /// Sends an order as it is. Goals go by [`GroundStation::go_to`], which numbers and watches them.
     pub fn send(&mut self, now: Stamp, order: ToVehicle, out: &mut Vec<u8>) {
-        order.encode(self.config.byte_order, self.config.framing, out);
-        self.unanswered = match order {
+        self.say(order, out);
+        let n_sent = match order {
+            ToVehicle::GoTo { .. } | ToVehicle::Ask { .. } => return,
             ToVehicle::Stop => {
-                order.encode(self.config.byte_order, self.config.framing, out);
-                Some(Unanswered { order, sent: now, n_sent: 2 })
+                self.say(order, out);
+                self.goal = None;
+                2
             }
-            _ => Some(Unanswered { order, sent: now, n_sent: 1 }),
+            ToVehicle::Restart | ToVehicle::Target { .. } => {
+                self.goal = None;
+                1
+            }
+            ToVehicle::ReportSonar | ToVehicle::LinkTest => 1,
         };
+        self.unanswered = Some(Unanswered { order, sent: now, n_sent });
     }
 
-    /// Takes received bytes; sends an unanswered order again when it is time.
+    /// Takes received bytes; repeats what is unanswered when it is time.
     pub fn step(
         &mut self,
         now: Stamp,
@@ -214,10 +335,63 @@ impl GroundStation {
                 Ok(message) => {
                     self.unanswered = self.unanswered.filter(|u| !answers(message, u.order));
                     events.push(GroundStationEvent::Heard(message));
+                    self.hear_of_goal(message, events);
                 }
                 Err(_) => self.n_bad += 1,
             }
         }
+        self.watch_goal(now, events, out);
+        self.repeat_order(now, events, out);
+    }
+
+    /// Takes what a message says about the last goal.
+    fn hear_of_goal(&mut self, message: ToGround, events: &mut Vec<GroundStationEvent>) {
+        let Some(goal) = &mut self.goal else { return };
+        let (number, news) = match message {
+            ToGround::UnderWay { number } => (number, GoalNews::UnderWay),
+            ToGround::Arrived { number } => (number, GoalNews::Arrived),
+            ToGround::Failed { number, reason } => (number, GoalNews::Failed(reason)),
+            // A goal that is on its way to the vehicle is not known there yet.
+            ToGround::Unknown { number } if goal.is_acknowledged => (number, GoalNews::Forgotten),
+            _ => return,
+        };
+        if number != goal.number {
+            return;
+        }
+        goal.n_sent = 0;
+        let is_known = std::mem::replace(&mut goal.is_acknowledged, true);
+        if news != GoalNews::UnderWay {
+            self.goal = None;
+        } else if is_known {
+            return;
+        }
+        events.push(GroundStationEvent::Goal { number, news });
+    }
+
+    fn watch_goal(&mut self, now: Stamp, events: &mut Vec<GroundStationEvent>, out: &mut Vec<u8>) {
+        let Some(mut goal) = self.goal else { return };
+        if now.since(goal.sent) < self.config.retry_period {
+            return;
+        }
+        if goal.n_sent >= self.config.n_tries {
+            let news = GoalNews::Silent;
+            events.push(GroundStationEvent::Goal { number: goal.number, news });
+            // It may hear without being heard, and should not drive on to where nobody waits for it.
+            self.send(now, ToVehicle::Stop, out);
+            return;
+        }
+        let ask = ToVehicle::Ask { number: goal.number };
+        self.say(if goal.is_acknowledged { ask } else { goal.order }, out);
+        (goal.sent, goal.n_sent) = (now, goal.n_sent + 1);
+        self.goal = Some(goal);
+    }
+
+    fn repeat_order(
+        &mut self,
+        now: Stamp,
+        events: &mut Vec<GroundStationEvent>,
+        out: &mut Vec<u8>,
+    ) {
         let Some(unanswered) = &mut self.unanswered else { return };
         let is_stop = unanswered.order == ToVehicle::Stop;
         let period = if is_stop { STOP_PERIOD } else { self.config.retry_period };
@@ -236,7 +410,12 @@ impl GroundStation {
         unanswered.order.encode(self.config.byte_order, self.config.framing, out);
     }
 
-    /// The order that waits for its answer.
+    /// Number of the goal whose end is not known yet.
+    pub fn open_goal(&self) -> Option<u8> {
+        self.goal.map(|goal| goal.number)
+    }
+
+    /// The order without a goal that waits for its answer.
     pub fn unanswered(&self) -> Option<ToVehicle> {
         self.unanswered.map(|unanswered| unanswered.order)
     }
@@ -245,18 +424,26 @@ impl GroundStation {
     pub fn n_bad(&self) -> u64 {
         self.n_bad
     }
+
+    fn say(&self, order: ToVehicle, out: &mut Vec<u8>) {
+        order.encode(self.config.byte_order, self.config.framing, out);
+    }
 }
 
 fn answers(message: ToGround, order: ToVehicle) -> bool {
     match order {
-        // Any later state, success or failure also proves that the goal came through.
-        ToVehicle::GoTo { .. } => {
-            matches!(message, ToGround::State(1..) | ToGround::Arrived | ToGround::Failed(_))
-        }
+        // Any later state, success or failure also proves that the target came through.
+        ToVehicle::Target { .. } => matches!(
+            message,
+            ToGround::State(1..)
+                | ToGround::Arrived { number: 0 }
+                | ToGround::Failed { number: 0, .. }
+        ),
         ToVehicle::Restart => message == ToGround::Restarted,
         ToVehicle::ReportSonar => matches!(message, ToGround::Sonar(_)),
         ToVehicle::LinkTest => message == ToGround::LinkTest,
         ToVehicle::Stop => message == ToGround::State(0),
+        ToVehicle::GoTo { .. } | ToVehicle::Ask { .. } => false,
     }
 }
 

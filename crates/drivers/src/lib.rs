@@ -16,7 +16,8 @@ mod pioneer;
 mod tests;
 
 pub use ground::{
-    GroundClient, GroundLinkConfig, GroundStation, GroundStationEvent, failure_code, failure_text,
+    GoalNews, GroundClient, GroundLinkConfig, GroundStation, GroundStationEvent, failure_code,
+    failure_text,
 };
 pub use pheromones::{PheromoneClient, PheromoneClientConfig, PheromoneCounters};
 pub use pioneer::{

@@ -405,5 +405,18 @@ fn thing_json(t: &SceneThing) -> Value {
 
 fn decision_json(d: &ViewDecision) -> Value {
     let resources: BTreeMap<&str, u8> = d.resources.iter().map(|(n, v)| (n.as_str(), *v)).collect();
-    json!({"scans": d.scans, "resources": resources, "run": d.run})
+    let (last_move, move_state) = d.last_move;
+    json!({
+        "scans": d.scans,
+        "resources": resources,
+        "run": d.run,
+        "outputs": d.outputs,
+        "drives_outputs": d.drives_outputs,
+        "fault": d.fault,
+        "clock": d.clock,
+        "watchdog_resets": d.n_watchdog_resets,
+        "events": d.n_events,
+        "last_move": last_move,
+        "move_state": move_state,
+    })
 }

@@ -46,12 +46,12 @@ use crate::{
     view::{LogItem, LogLevel, Scene, TraceItem, ViewPose, ViewState},
 };
 use devices::Devices;
-use ground::DecisionNode;
+use ground::{DecisionNode, Request};
 pub use hand::DRIVE_HOLD;
 use judge::Judge;
 use metrics::RobotMetrics;
 pub(crate) use ring_log::rig;
-use vehicle::{GroundOrder, Vehicle};
+use vehicle::{GroundOrder, OrderBy, Vehicle};
 
 /// One step of virtual time.
 pub const STEP: Duration = Duration::from_millis(10);
@@ -474,6 +474,11 @@ impl Run {
                     self.set_cut(robot, line, direction, cut);
                 }
             }
+            Action::Program(action) => {
+                let Some(decision) = &mut self.decision else { return };
+                decision.act(action);
+                self.note(LogLevel::Warn, action.to_string());
+            }
             Action::Stop { robots } => robots.into_iter().for_each(|robot| self.send_stop(robot)),
             Action::PlaceBox { name, at, size_m } => {
                 if let Err(error) = self.put_box(&name, at, size_m) {
@@ -491,7 +496,7 @@ impl Run {
 
     fn send_goal(&mut self, robot: usize, pose: GoalPose) {
         let goal = pose.resolve(self.mission.parts().robots[robot].start);
-        self.vehicles[robot].order(GroundOrder::GoTo(goal));
+        self.vehicles[robot].order(GroundOrder::GoTo(goal), OrderBy::Person);
         self.metrics[robot].goal_given(self.steps, Some(goal));
         if self.vehicles.len() < PARALLEL_FROM {
             let name = self.vehicles[robot].name.clone();
@@ -500,7 +505,7 @@ impl Run {
     }
 
     fn send_stop(&mut self, robot: usize) {
-        self.vehicles[robot].order(GroundOrder::Stop);
+        self.vehicles[robot].order(GroundOrder::Stop, OrderBy::Person);
         let name = self.vehicles[robot].name.clone();
         self.note(LogLevel::Warn, format!("{name} is told to stop"));
     }
@@ -620,20 +625,33 @@ impl Run {
         let halted = self.halted_at.is_some();
         let Some(decision) = self.decision.as_mut().filter(|_| !halted) else { return };
         let robot = decision.robot();
-        let telemetry = robot.map_or((false, false), |r| {
-            let telemetry = self.vehicles[r].telemetry();
-            (telemetry.arrived, telemetry.failed)
-        });
+        let told = robot.and_then(|r| self.vehicles[r].program_move());
         let (log, steps) = (&mut self.log, self.steps);
         let (vehicles, metrics) = (&mut self.vehicles, &mut self.metrics);
-        decision.step(&self.devices, telemetry, |goal| {
-            let text = format!("MOVE to {} sent by the decision program", words(goal));
-            push_log(log, LogItem { step: steps, level: LogLevel::Info, text });
-            if let Some(robot) = robot {
-                vehicles[robot].order(GroundOrder::GoTo(goal));
-                metrics[robot].goal_given(steps, Some(goal));
+        decision.step(&self.devices, told, |request| match request {
+            Request::Tell(level, text) => push_log(log, LogItem { step: steps, level, text }),
+            Request::Move(number, goal) => {
+                let text = format!("MOVE {number} to {} sent by the decision program", words(goal));
+                push_log(log, LogItem { step: steps, level: LogLevel::Info, text });
+                if let Some(robot) = robot {
+                    vehicles[robot].order(GroundOrder::GoTo(goal), OrderBy::Program(number));
+                    metrics[robot].goal_given(steps, Some(goal));
+                }
+            }
+            Request::StopRobot => {
+                let Some(vehicle) = robot.map(|r| &mut vehicles[r]) else { return };
+                if vehicle.is_on_program_move() {
+                    vehicle.order(GroundOrder::Stop, OrderBy::Failsafe);
+                    let text = format!("{} is told to stop with the program", vehicle.name);
+                    push_log(log, LogItem { step: steps, level: LogLevel::Warn, text });
+                }
             }
         });
+        self.drive_devices(now);
+    }
+
+    fn drive_devices(&mut self, now: Stamp) {
+        let Some(decision) = &self.decision else { return };
         let outputs = decision.machine().outputs();
         let mut changed: u64 = 0;
         self.devices.drive(outputs, now, |index| changed |= 1 << index.min(63));
@@ -641,6 +659,15 @@ impl Run {
             let text = self.devices.describe(index);
             self.note(LogLevel::Good, text);
         }
+    }
+
+    /// Ends the run for good: the decision program stops and the devices go to their fail-safe values.
+    /// The state that was recorded and hashed is the one before.
+    pub fn close(&mut self) {
+        let now = self.now();
+        let Some(decision) = &mut self.decision else { return };
+        decision.close();
+        self.drive_devices(now);
     }
 
     fn run_vehicles(&mut self, now: Stamp) {
@@ -728,11 +755,14 @@ impl Run {
 
     fn judge_step(&mut self) {
         let is_over = self.now() >= self.mission.end();
-        let n_moves = self.decision.as_ref().map_or(0, DecisionNode::n_moves);
+        let machine = self.decision.as_ref().map(DecisionNode::machine);
+        let n_moves = machine.map_or(0, decision::Machine::n_moves);
         let facts = judge::Facts {
             now: self.now(),
             is_over,
             n_moves,
+            n_events: machine.map_or(0, decision::Machine::n_events),
+            n_watchdog_resets: machine.map_or(0, decision::Machine::n_watchdog_resets),
             vehicles: &self.vehicles,
             metrics: &self.metrics,
             devices: &self.devices,

@@ -298,6 +298,21 @@ pub struct ViewDecision {
     pub timers: Vec<ViewTimer>,
     /// Whether the program runs.
     pub run: bool,
+    /// The outputs in the field; bit n is output n.
+    pub outputs: u16,
+    /// Whether the program drives them; otherwise they have their fail-safe values.
+    pub drives_outputs: bool,
+    /// Code of the error that it stands on.
+    pub fault: Option<&'static str>,
+    /// What its clock shows: `2026-03-01 07:30:00.00`.
+    pub clock: String,
+    /// Restarts by its watchdog.
+    pub n_watchdog_resets: u64,
+    /// Events logged so far.
+    pub n_events: u64,
+    /// Number of the last MOVE, 0 before the first, and what became of it: `idle`, `busy`, `done` or
+    /// `failed`.
+    pub last_move: (u64, &'static str),
 }
 
 /// A timer at one instant.

@@ -10,10 +10,13 @@ use wire::{
 };
 
 use crate::{
-    GroundClient, GroundLinkConfig, GroundStation, GroundStationEvent, failure_code, failure_text,
+    GoalNews, GroundClient, GroundLinkConfig, GroundStation, GroundStationEvent, failure_code,
+    failure_text,
 };
 
-const GOAL: ToVehicle = ToVehicle::GoTo { x_mm: 5000, y_mm: -3500, heading_deg: Some(45) };
+/// Millimetres and degrees.
+const GOAL: [i16; 3] = [5000, -3500, 45];
+const ANOTHER: [i16; 3] = [-1000, 0, 90];
 
 struct Bench {
     station: GroundStation,
@@ -40,6 +43,26 @@ impl Bench {
         let mut out = Vec::new();
         self.station.send(self.now, order, &mut out);
         self.link.send(End::A, self.now, &out);
+    }
+
+    fn go_to(&mut self, goal: [i16; 3]) -> u8 {
+        let mut out = Vec::new();
+        let number = self.station.go_to(self.now, goal, &mut out);
+        self.link.send(End::A, self.now, &out);
+        number
+    }
+
+    fn news(&self) -> Vec<(u8, GoalNews)> {
+        let news = |e: &GroundStationEvent| match *e {
+            GroundStationEvent::Goal { number, news } => Some((number, news)),
+            _ => None,
+        };
+        self.events.iter().filter_map(news).collect()
+    }
+
+    fn goals_seen(&self) -> usize {
+        let is_goal = |order: &GroundCommand| matches!(order, GroundCommand::GoTo { .. });
+        self.orders_seen().iter().filter(|order| is_goal(order)).count()
     }
 
     fn report(&mut self, report: Report) {
@@ -81,14 +104,13 @@ impl Bench {
 #[test]
 fn a_goal_reaches_the_navigator_once_and_is_acknowledged_once() {
     let mut bench = Bench::new(&LinkConfig { baud: Some(9600), ..LinkConfig::default() }, 1);
-    bench.order(GOAL);
+    bench.go_to(GOAL);
     bench.pass_ms(100);
     let orders = bench.orders_seen();
     let [GroundCommand::GoTo { goal_in_map }] = orders.as_slice() else { panic!("{orders:?}") };
     let goal = goal_in_map.se2();
     assert!((goal.x_m - 5.0).abs() < 1e-12 && (goal.y_m + 3.5).abs() < 1e-12);
     assert!((goal.yaw_rad - std::f64::consts::FRAC_PI_4).abs() < 1e-12);
-    // The navigator's own report of state 1 is the acknowledgement already sent.
     for state in [1, 2, 3, 1] {
         bench.report(Report::StateEntered(state));
         bench.pass_ms(50);
@@ -96,12 +118,32 @@ fn a_goal_reaches_the_navigator_once_and_is_acknowledged_once() {
     bench.report(Report::Arrived);
     bench.pass_ms(50);
     let states = [1, 2, 3, 1].map(ToGround::State);
-    assert_eq!(bench.heard(), [&states[..], &[ToGround::Arrived]].concat());
-    assert_eq!(bench.station.unanswered(), None);
-    // After the arrival the same goal is a new order.
-    bench.order(GOAL);
+    let (under_way, arrived) = (ToGround::UnderWay { number: 1 }, ToGround::Arrived { number: 1 });
+    assert_eq!(bench.heard(), [&[under_way][..], &states, &[arrived]].concat());
+    assert_eq!(bench.news(), [(1, GoalNews::UnderWay), (1, GoalNews::Arrived)]);
+    assert_eq!(bench.station.open_goal(), None);
+    // After the arrival the same place is a new goal.
+    assert_eq!(bench.go_to(GOAL), 2);
     bench.pass_ms(100);
-    assert_eq!(bench.orders_seen().len(), 2);
+    assert_eq!((bench.goals_seen(), bench.news().last()), (2, Some(&(2, GoalNews::UnderWay))));
+}
+
+#[test]
+fn a_target_of_the_thesis_is_acknowledged_by_state_1() {
+    let mut bench = Bench::new(&LinkConfig { baud: Some(9600), ..LinkConfig::default() }, 1);
+    bench.order(ToVehicle::Target { x_mm: 1000, y_mm: 0 });
+    bench.pass_ms(100);
+    assert_eq!((bench.goals_seen(), bench.station.unanswered()), (1, None));
+    // The navigator's own report of state 1 is the acknowledgement already sent.
+    for state in [1, 2, 1] {
+        bench.report(Report::StateEntered(state));
+        bench.pass_ms(50);
+    }
+    bench.report(Report::Arrived);
+    bench.pass_ms(50);
+    let states = [1, 2, 1].map(ToGround::State);
+    assert_eq!(bench.heard(), [&states[..], &[ToGround::Arrived { number: 0 }]].concat());
+    assert_eq!(bench.news(), []);
 }
 
 #[test]
@@ -112,19 +154,17 @@ fn over_a_bad_line_the_order_comes_through_and_is_obeyed_once() {
         corruption_prob: 0.01,
         ..LinkConfig::default()
     };
-    // A goal gets through and is answered with probability 0.98²⁰ = 0.66 at each of five tries.
+    // A goal gets through and is answered with probability 0.98²⁴ = 0.62 at each of five tries.
     let mut n_answered = 0;
     for seed in 0..100 {
         let mut bench = Bench::new(&line, seed);
-        bench.order(GOAL);
+        bench.go_to(GOAL);
         bench.pass_ms(6000);
-        n_answered += usize::from(!bench.events.contains(&GroundStationEvent::Unanswered(GOAL)));
+        n_answered += usize::from(bench.news().first() == Some(&(1, GoalNews::UnderWay)));
         // Whatever the line did to it: the goal comes once and undamaged, or not at all.
         let orders = bench.orders_seen();
-        let goals: Vec<_> =
-            orders.iter().filter(|order| matches!(order, GroundCommand::GoTo { .. })).collect();
-        assert!(goals.len() <= 1, "seed {seed}: {goals:?}");
-        for goal in goals {
+        assert!(bench.goals_seen() <= 1, "seed {seed}: {orders:?}");
+        for goal in orders {
             let GroundCommand::GoTo { goal_in_map } = goal else { continue };
             assert!((goal_in_map.se2().x_m - 5.0).abs() < 1e-12, "seed {seed}: {goal:?}");
         }
@@ -133,25 +173,146 @@ fn over_a_bad_line_the_order_comes_through_and_is_obeyed_once() {
 }
 
 #[test]
+fn a_report_that_is_lost_is_only_late() {
+    let line = LinkConfig { baud: Some(9600), loss_prob: 0.03, ..LinkConfig::default() };
+    let (mut n_under_way, mut n_late) = (0, 0);
+    for seed in 0..200 {
+        let mut bench = Bench::new(&line, seed);
+        bench.go_to(GOAL);
+        bench.pass_ms(3000);
+        if bench.news() != [(1, GoalNews::UnderWay)] {
+            continue;
+        }
+        n_under_way += 1;
+        bench.report(Report::Failed(FailureReason::Blocked));
+        bench.pass_ms(100);
+        n_late += usize::from(bench.news().len() == 1);
+        bench.pass_ms(9000);
+        let expected = [(1, GoalNews::UnderWay), (1, GoalNews::Failed(4))];
+        let news = bench.news();
+        // Five questions in a row may go unanswered too, and then the vehicle counts as silent.
+        let silent = [(1, GoalNews::UnderWay), (1, GoalNews::Silent)];
+        assert!(news == expected || news == silent, "seed {seed}: {news:?}");
+        assert!(bench.goals_seen() == 1, "seed {seed}: asked, and not told to go again");
+    }
+    println!("{n_under_way} of 200 goals acknowledged; {n_late} of their reports were lost");
+    assert!(n_under_way > 150 && n_late > 10, "{n_under_way} {n_late}");
+}
+
+#[test]
+fn a_report_about_the_goal_before_is_not_taken_for_the_new_goals() {
+    let latency = Duration::from_millis(400);
+    let mut bench = Bench::new(&LinkConfig { latency, ..LinkConfig::default() }, 1);
+    bench.go_to(GOAL);
+    bench.pass_ms(900);
+    assert_eq!(bench.news(), [(1, GoalNews::UnderWay)]);
+    // The vehicle arrives; the ground sends it elsewhere before it can know.
+    bench.report(Report::Arrived);
+    bench.pass_ms(100);
+    assert_eq!(bench.go_to(ANOTHER), 2);
+    bench.pass_ms(500);
+    assert!(bench.heard().contains(&ToGround::Arrived { number: 1 }), "the old report came");
+    assert_eq!(bench.news(), [(1, GoalNews::UnderWay)]);
+    bench.pass_ms(1000);
+    bench.report(Report::Arrived);
+    bench.pass_ms(500);
+    let second = [(2, GoalNews::UnderWay), (2, GoalNews::Arrived)];
+    assert_eq!(bench.news(), [&[(1, GoalNews::UnderWay)][..], &second].concat());
+}
+
+#[test]
 fn an_order_nobody_answers_is_given_up() {
     let mut bench = Bench::new(&LinkConfig { loss_prob: 1.0, ..LinkConfig::default() }, 1);
-    bench.order(GOAL);
+    bench.go_to(GOAL);
     bench.pass_ms(4900);
     assert_eq!(bench.events, []);
     bench.pass_ms(200);
-    assert_eq!(bench.events, [GroundStationEvent::Unanswered(GOAL)]);
-    // Five times 14 bytes: header 4, eight of payload of which none is a DLE, end 2.
-    assert_eq!(bench.link.counters(End::A).n_sent, 5 * 14);
+    assert_eq!(bench.news(), [(1, GoalNews::Silent)]);
+    // Five times 15 bytes: header 4, nine of payload of which none is a DLE, end 2. Then stop, twice
+    // 7 bytes: a vehicle that hears and cannot be heard should not drive on.
+    assert_eq!(bench.link.counters(End::A).n_sent, 5 * 15 + 2 * 7);
+    // Only a newer order ends the stops.
+    bench.pass_ms(10_000);
+    assert_eq!(bench.station.unanswered(), Some(ToVehicle::Stop));
+    bench.order(ToVehicle::LinkTest);
+    bench.pass_ms(5100);
+    let last = bench.events.last();
+    assert_eq!(last, Some(&GroundStationEvent::Unanswered(ToVehicle::LinkTest)));
+}
+
+#[test]
+fn a_vehicle_that_falls_silent_on_its_way_is_given_up_and_told_to_stop() {
+    let mut bench = Bench::new(&LinkConfig::default(), 1);
+    bench.go_to(GOAL);
+    bench.pass_ms(10_000);
+    assert_eq!(bench.news(), [(1, GoalNews::UnderWay)]);
+    // The vehicle's answers are lost from now on; it still hears.
+    for _ in 0..600 {
+        let (mut received, mut out) = (Vec::new(), Vec::new());
+        bench.link.receive(End::B, bench.now, &mut received);
+        bench.vehicle.step(bench.now, &received, &mut bench.seen, &mut out);
+        out.clear();
+        bench.station.step(bench.now, &[], &mut bench.events, &mut out);
+        bench.link.send(End::A, bench.now, &out);
+        bench.now += Duration::from_millis(10);
+    }
+    assert_eq!(bench.news().last(), Some(&(1, GoalNews::Silent)));
+    assert_eq!(bench.orders_seen().last(), Some(&GroundCommand::Stop));
+}
+
+#[test]
+fn a_vehicle_that_was_switched_off_and_on_has_forgotten_its_goal() {
+    let mut bench = Bench::new(&LinkConfig::default(), 1);
+    bench.go_to(GOAL);
+    bench.pass_ms(500);
+    bench.vehicle = GroundClient::new(GroundLinkConfig::default());
+    bench.pass_ms(1100);
+    assert_eq!(bench.news(), [(1, GoalNews::UnderWay), (1, GoalNews::Forgotten)]);
+    // A station that was switched off and on goes on counting.
+    bench.go_to(GOAL);
+    bench.pass_ms(100);
+    bench.report(Report::Arrived);
+    bench.station = GroundStation::going_on_after(2, GroundLinkConfig::default());
+    bench.events.clear();
+    bench.pass_ms(100);
+    assert_eq!(bench.go_to(GOAL), 3);
+    bench.pass_ms(100);
+    assert_eq!((bench.news(), bench.goals_seen()), (vec![(3, GoalNews::UnderWay)], 3));
+}
+
+#[test]
+fn a_goal_repeated_after_its_end_is_answered_and_not_driven_to_again() {
+    let mut bench = Bench::new(&LinkConfig::default(), 1);
+    let goal = ToVehicle::GoTo { number: 9, x_mm: 1, y_mm: 2, heading_deg: 3 };
+    bench.order(goal);
+    bench.pass_ms(50);
+    bench.report(Report::Failed(FailureReason::Stuck));
+    bench.pass_ms(50);
+    bench.order(goal);
+    bench.order(ToVehicle::Ask { number: 9 });
+    bench.order(ToVehicle::Ask { number: 8 });
+    bench.pass_ms(50);
+    let failed = ToGround::Failed { number: 9, reason: 5 };
+    let expected =
+        [ToGround::UnderWay { number: 9 }, failed, failed, failed, ToGround::Unknown { number: 8 }];
+    assert_eq!((bench.heard().as_slice(), bench.goals_seen()), (&expected[..], 1));
+}
+
+#[test]
+fn numbers_go_round_without_zero() {
+    let mut station = GroundStation::going_on_after(253, GroundLinkConfig::default());
+    let numbers = [(); 4].map(|()| station.go_to(Stamp::ZERO, GOAL, &mut Vec::new()));
+    assert_eq!(numbers, [254, 255, 1, 2]);
 }
 
 #[test]
 fn stop_is_said_twice_and_makes_the_next_goal_new() {
     let mut bench = Bench::new(&LinkConfig::default(), 1);
-    bench.order(GOAL);
+    bench.go_to(GOAL);
     bench.pass_ms(50);
     bench.order(ToVehicle::Stop);
     bench.pass_ms(50);
-    bench.order(GOAL);
+    bench.go_to(GOAL);
     bench.pass_ms(50);
     let orders = bench.orders_seen();
     assert!(matches!(
@@ -168,7 +329,7 @@ fn stop_is_said_twice_and_makes_the_next_goal_new() {
 #[test]
 fn stop_is_repeated_until_it_is_answered_however_long_the_link_is_cut() {
     let mut bench = Bench::new(&LinkConfig { baud: Some(9600), ..LinkConfig::default() }, 1);
-    bench.order(GOAL);
+    bench.go_to(GOAL);
     bench.pass_ms(100);
     for end in [End::A, End::B] {
         bench.events.clear();
@@ -234,7 +395,7 @@ fn failures_keep_their_reason() {
     let mut bench = Bench::new(&LinkConfig::default(), 1);
     bench.report(Report::Failed(FailureReason::Blocked));
     bench.pass_ms(50);
-    assert_eq!(bench.heard(), [ToGround::Failed(4)]);
+    assert_eq!(bench.heard(), [ToGround::Failed { number: 0, reason: 4 }]);
     assert_eq!(failure_text(4), "the way stayed blocked");
     assert_eq!(failure_code(FailureReason::NoTrail), 1);
     assert_eq!(failure_text(0), failure_text(255));

@@ -265,6 +265,8 @@ pub struct DeviceFile {
     /// Digital output of the decision program (`latch`, `lamp`), 0 to 15.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub output: Option<u8>,
+    /// What it does while no program drives it (`latch`, `lamp`): `off`, `on` or `hold`.
+    pub failsafe: String,
 }
 
 impl Default for DeviceFile {
@@ -277,6 +279,7 @@ impl Default for DeviceFile {
             area_m: Vec::new(),
             input: None,
             output: None,
+            failsafe: "off".into(),
         }
     }
 }
@@ -703,12 +706,26 @@ pub struct DecisionFile {
     pub mode: String,
     /// Robot that MOVE commands; empty: none (the decision rig alone).
     pub robot: String,
-    /// Digital input that is 1 while the robot stands at the goal it was sent to.
+    /// Digital input that is 1 from a MOVE until its end is known.
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub busy_input: Option<u8>,
+    /// Digital input that is 1 when the robot stands where the last MOVE sent it; also `done_input`.
+    #[serde(alias = "done_input", skip_serializing_if = "Option::is_none")]
     pub arrived_input: Option<u8>,
-    /// Digital input that is 1 after the robot has given up.
+    /// Digital input that is 1 when the last MOVE will not be done.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failed_input: Option<u8>,
+    /// How these two appear: `level`, until the next MOVE, or `pulse`, in one scan.
+    pub completion: String,
+    /// How long the ground waits for the robot's answers before a MOVE counts as failed, s; the way
+    /// there and back over the link comes on top.
+    pub answer_within_s: f64,
+    /// Whether a robot that is on its way for a MOVE stops when the program does.
+    pub failsafe_stops_robot: bool,
+    /// The node's clock when the run begins: `07:30`, or with a date `2026-03-01 07:30:00`.
+    pub clock: String,
+    /// After this time the watchdog restarts a program whose loop stands still, s; 0: never.
+    pub watchdog_s: f64,
     /// `[decision.link]`: the radio modem to the robot.
     #[serde(deserialize_with = "radio_link")]
     pub link: LinkFile,
@@ -721,8 +738,14 @@ impl Default for DecisionFile {
             program: None,
             mode: "corrected".into(),
             robot: String::new(),
+            busy_input: None,
             arrived_input: None,
             failed_input: None,
+            completion: "level".into(),
+            answer_within_s: 5.0,
+            failsafe_stops_robot: true,
+            clock: "2000-01-01 00:00:00".into(),
+            watchdog_s: 2.0,
             link: LinkFile::radio(),
         }
     }
@@ -734,7 +757,8 @@ impl Default for DecisionFile {
 pub struct EventFile {
     /// When, seconds.
     pub at_s: f64,
-    /// `press`, `release`, `goal`, `stop`, `place_box`, `remove`, `cut_link` or `restore_link`.
+    /// `press`, `release`, `goal`, `stop`, `place_box`, `remove`, `cut_link`, `restore_link`, `stop_program`,
+    /// `run_program` or `stall_program`.
     #[serde(rename = "do")]
     pub action: String,
     /// `press`, `release`: the device.
@@ -769,6 +793,9 @@ pub struct EventFile {
     /// `to_server` or `from_server`, `to_ground` or `from_ground`, by the line.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub direction: String,
+    /// `stall_program`: how long the loop of the decision node stands still, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub for_s: Option<f64>,
 }
 
 /// `[success]`: every requirement must hold.
@@ -780,6 +807,12 @@ pub struct SuccessFile {
     /// The decision program sends exactly this many MOVE.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub moves_sent: Option<u64>,
+    /// `EVENT` writes exactly this many entries into the decision node's log.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub events_logged: Option<u64>,
+    /// The watchdog restarts the decision program exactly so often.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub watchdog_resets: Option<u64>,
     /// Every robot keeps at least this distance from everything, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clearance_min_m: Option<f64>,

@@ -1,8 +1,8 @@
 //! What a checked mission consists of: SI units, names resolved to indices, nothing left to fail.
 
-use std::sync::Arc;
+use std::{fmt, sync::Arc, time::Duration};
 
-use decision::Program;
+use decision::{DateTime, Failsafe, MovePoints, Program};
 use geometry::{Se2, Segment, Vec2};
 use navigator::{FailureReason, NavigatorConfig};
 use path_following::Path;
@@ -80,8 +80,17 @@ pub(crate) struct RandomBoxes {
 pub(crate) enum DeviceWiring {
     Button { input: Option<u8> },
     Motion { input: Option<u8>, zone: geometry::Polygon },
-    Latch { output: u8 },
-    Lamp { output: u8 },
+    Latch { output: u8, failsafe: FailsafeOutput },
+    Lamp { output: u8, failsafe: FailsafeOutput },
+}
+
+/// What an output does while no program drives it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum FailsafeOutput {
+    #[default]
+    Off,
+    On,
+    Hold,
 }
 
 #[derive(Clone, Debug)]
@@ -158,9 +167,43 @@ pub(crate) struct DecisionPlan {
     pub(crate) listing_mode: bool,
     /// Index of the robot that MOVE commands.
     pub(crate) robot: Option<usize>,
-    pub(crate) arrived_input: Option<u8>,
-    pub(crate) failed_input: Option<u8>,
+    /// The inputs that say what became of the last MOVE.
+    pub(crate) points: MovePoints,
+    /// What the outputs do while the program does not drive them.
+    pub(crate) failsafe: Failsafe,
+    /// Whether the robot stops with the program.
+    pub(crate) stops_robot: bool,
+    /// The clock of the node at the beginning.
+    pub(crate) clock: DateTime,
+    /// Time after which the watchdog restarts a loop that stands; zero: never.
+    pub(crate) watchdog: Duration,
+    /// How long the ground waits for an answer of the robot, beside the way there and back.
+    pub(crate) answer_within: Duration,
     pub(crate) link: LinkPlan,
+}
+
+/// What an operator does to the decision program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ProgramAction {
+    Stop,
+    Run,
+    /// The loop of the node stands still for so many steps of 10 ms.
+    Stall {
+        n_steps: u64,
+    },
+}
+
+impl fmt::Display for ProgramAction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Stop => f.write_str("the decision program is stopped (QRUN 0)"),
+            Self::Run => f.write_str("the decision program is set running (QRUN 1)"),
+            Self::Stall { n_steps } => {
+                let seconds = *n_steps as f64 / 100.0;
+                write!(f, "the loop of the decision node stands still for {seconds} s")
+            }
+        }
+    }
 }
 
 /// Something that happens.
@@ -192,6 +235,7 @@ pub(crate) enum Action {
         direction: Direction,
         cut: bool,
     },
+    Program(ProgramAction),
 }
 
 /// A pose in the map, or relative to where each robot started.
@@ -223,6 +267,8 @@ pub(crate) struct EventPlan {
 pub(crate) enum Requirement {
     NoContact,
     MovesSent(u64),
+    EventsLogged(u64),
+    WatchdogResets(u64),
     ClearanceMin(f64),
     CrossTrackRmsMax(f64),
     Arrived {

@@ -21,6 +21,15 @@ macro_rules! shipped {
     };
 }
 
+macro_rules! shipped_files {
+    ($($path:literal),* $(,)?) => {
+        &[$(ShippedFile {
+            path: $path,
+            text: include_str!(concat!("../../../../missions/", $path)),
+        }),*]
+    };
+}
+
 /// In the order in which they are offered: the first is what `cairn` runs without arguments.
 pub(crate) const MISSIONS: &[ShippedMission] = shipped![
     "doorbell",
@@ -32,6 +41,8 @@ pub(crate) const MISSIONS: &[ShippedMission] = shipped![
     "one-obstacle",
     "intermediate-goals",
     "decision-rig",
+    "errands",
+    "night-watch",
     "swarm",
     "link-cut",
     "server-lost",
@@ -42,10 +53,8 @@ pub(crate) const MISSIONS: &[ShippedMission] = shipped![
 ];
 
 /// Programs and maps that the shipped missions name.
-pub(crate) const FILES: &[ShippedFile] = &[ShippedFile {
-    path: "doorbell.rdpl",
-    text: include_str!("../../../../missions/doorbell.rdpl"),
-}];
+pub(crate) const FILES: &[ShippedFile] =
+    shipped_files!["doorbell.rdpl", "errands.rdpl", "night-watch.rdpl"];
 
 /// The expected verdicts: name, seed, `pass` or `fail`, tab-separated, one line each below a head.
 pub(crate) const EXPECTED: &str = include_str!("../../../../missions/expected.tsv");

@@ -69,7 +69,7 @@ impl Devices {
     /// was switched.
     pub(super) fn drive(&mut self, outputs: u16, now: Stamp, mut changed: impl FnMut(usize)) {
         for (index, device) in self.devices.iter_mut().enumerate() {
-            let (DeviceWiring::Latch { output } | DeviceWiring::Lamp { output }) =
+            let (DeviceWiring::Latch { output, .. } | DeviceWiring::Lamp { output, .. }) =
                 device.plan.wiring
             else {
                 continue;

@@ -25,6 +25,8 @@ pub(super) struct Facts<'a> {
     pub(super) now: Stamp,
     pub(super) is_over: bool,
     pub(super) n_moves: u64,
+    pub(super) n_events: u64,
+    pub(super) n_watchdog_resets: u64,
     pub(super) vehicles: &'a [Vehicle],
     pub(super) metrics: &'a [RobotMetrics],
     pub(super) devices: &'a Devices,
@@ -140,6 +142,15 @@ impl Item {
             Requirement::MovesSent(wanted) => {
                 let n = facts.n_moves;
                 ("moves sent", n == *wanted, format!("{n} MOVE sent (wanted {wanted})"))
+            }
+            Requirement::EventsLogged(wanted) => {
+                let n = facts.n_events;
+                ("events logged", n == *wanted, format!("{n} events logged (wanted {wanted})"))
+            }
+            Requirement::WatchdogResets(wanted) => {
+                let n = facts.n_watchdog_resets;
+                let text = format!("{n} restarts by the watchdog (wanted {wanted})");
+                ("watchdog", n == *wanted, text)
             }
             Requirement::ClearanceMin(wanted) => {
                 let least = facts.metrics.iter().map(RobotMetrics::clearance_min_m);

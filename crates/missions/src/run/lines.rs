@@ -11,7 +11,7 @@ use run_context::{Stamp, StateHash};
 use simulator::{BodyId, World};
 use virtual_robots::{MotorReference, PioneerFirmware};
 use wire::{
-    ground_link::{ToGround, ToVehicle},
+    ground_link::ToVehicle,
     link::{End, Link},
 };
 
@@ -21,7 +21,8 @@ use crate::{
     transport::{Transport, TransportError},
 };
 use drivers::{
-    GroundClient, GroundStation, GroundStationEvent, PheromoneClient, PioneerDriver, failure_text,
+    GoalNews, GroundClient, GroundStation, GroundStationEvent, PheromoneClient, PioneerDriver,
+    failure_text,
 };
 
 /// STOPs for a robot that will hear nothing for a while: one may be lost.
@@ -381,15 +382,18 @@ pub(super) enum GroundLine {
     Direct(Cuts),
 }
 
-/// What the ground knows of a robot from its telemetry.
+/// What the ground knows of the last goal that it sent a robot to, from the robot's reports.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Telemetry {
-    pub(super) arrived: bool,
-    pub(super) failed: bool,
-    /// Why, in the words of the ground's table.
-    pub(super) reason: Option<&'static str>,
-    /// An order was sent as often as permitted and not answered.
-    pub(super) unanswered: bool,
+pub(super) enum Telemetry {
+    /// There is none: nothing was sent yet, or the last order was to stop.
+    #[default]
+    NoGoal,
+    /// No report of its end has come.
+    UnderWay,
+    /// The robot stands there.
+    Arrived,
+    /// It will not come there; why, in the words of the ground's table.
+    Failed(&'static str),
 }
 
 impl GroundLine {
@@ -421,8 +425,14 @@ impl GroundLine {
                 scratch.received.clear();
                 scratch.out.clear();
                 scratch.events.clear();
-                if let Some(order) = order {
-                    station.send(now, message(order), &mut scratch.out);
+                match order {
+                    Some(GroundOrder::GoTo(pose)) => {
+                        station.go_to(now, on_the_wire(pose), &mut scratch.out);
+                    }
+                    Some(GroundOrder::Stop) => {
+                        station.send(now, ToVehicle::Stop, &mut scratch.out);
+                    }
+                    None => {}
                 }
                 link.receive(End::B, now, &mut scratch.received);
                 station.step(now, &scratch.received, &mut scratch.events, &mut scratch.out);
@@ -450,10 +460,9 @@ impl GroundLine {
         match self {
             Self::Direct(Cuts { away: true, .. }) => {}
             Self::Direct(_) => match command {
-                Command::Report(Report::Arrived) => telemetry.arrived = true,
+                Command::Report(Report::Arrived) => telemetry.end(Telemetry::Arrived),
                 Command::Report(Report::Failed(reason)) => {
-                    telemetry.failed = true;
-                    telemetry.reason = Some(reason.as_str());
+                    telemetry.end(Telemetry::Failed(reason.as_str()));
                 }
                 _ => {}
             },
@@ -483,27 +492,27 @@ impl GroundLine {
 
 impl Telemetry {
     fn hear(&mut self, event: GroundStationEvent) {
-        match event {
-            GroundStationEvent::Heard(ToGround::Arrived) => self.arrived = true,
-            GroundStationEvent::Heard(ToGround::Failed(code)) => {
-                self.failed = true;
-                self.reason = Some(failure_text(code));
-            }
-            GroundStationEvent::Unanswered(_) => self.unanswered = true,
-            GroundStationEvent::Heard(_) => {}
+        // The station lets through only what is about its last goal.
+        let GroundStationEvent::Goal { news, .. } = event else { return };
+        match news {
+            GoalNews::UnderWay => {}
+            GoalNews::Arrived => self.end(Self::Arrived),
+            GoalNews::Failed(code) => self.end(Self::Failed(failure_text(code))),
+            GoalNews::Forgotten => self.end(Self::Failed("the robot does not know of it any more")),
+            GoalNews::Silent => self.end(Self::Failed("the robot does not answer the ground")),
+        }
+    }
+
+    /// The end of the goal that is under way; without one there is nothing to end.
+    fn end(&mut self, end: Self) {
+        if *self == Self::UnderWay {
+            *self = end;
         }
     }
 }
 
-/// The order as the ground link sends it: whole millimetres and degrees.
-fn message(order: GroundOrder) -> ToVehicle {
-    match order {
-        GroundOrder::Stop => ToVehicle::Stop,
-        GroundOrder::GoTo(pose) => ToVehicle::GoTo {
-            // Casts from floats saturate.
-            x_mm: (1000.0 * pose.x_m).round() as i16,
-            y_mm: (1000.0 * pose.y_m).round() as i16,
-            heading_deg: Some(pose.yaw_rad.to_degrees().round() as i16),
-        },
-    }
+/// A goal as the ground link sends it: whole millimetres and degrees.
+fn on_the_wire(pose: Se2) -> [i16; 3] {
+    // Casts from floats saturate.
+    [1000.0 * pose.x_m, 1000.0 * pose.y_m, pose.yaw_rad.to_degrees()].map(|v| v.round() as i16)
 }

@@ -68,8 +68,8 @@ fn device(plan: &DevicePlan) -> SceneDevice {
     let (kind, area_m, input, output) = match &plan.wiring {
         DeviceWiring::Button { input } => ("button", Vec::new(), *input, None),
         DeviceWiring::Motion { input, zone } => ("motion", zone.corners().to_vec(), *input, None),
-        DeviceWiring::Latch { output } => ("latch", Vec::new(), None, Some(*output)),
-        DeviceWiring::Lamp { output } => ("lamp", Vec::new(), None, Some(*output)),
+        DeviceWiring::Latch { output, .. } => ("latch", Vec::new(), None, Some(*output)),
+        DeviceWiring::Lamp { output, .. } => ("lamp", Vec::new(), None, Some(*output)),
     };
     let (name, label) = (plan.name.clone(), plan.label.clone());
     SceneDevice { name, label, kind, at_m: plan.at, area_m, input, output }

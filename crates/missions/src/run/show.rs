@@ -92,6 +92,13 @@ fn decision(node: &DecisionNode) -> ViewDecision {
         resources: node.resources().map(|(name, byte)| (name.to_owned(), byte)).collect(),
         timers: timers.collect(),
         run: machine.is_running(),
+        outputs: machine.outputs(),
+        drives_outputs: machine.drives_outputs(),
+        fault: machine.fault().map(|fault| fault.code.id()),
+        clock: machine.clock().to_string(),
+        n_watchdog_resets: machine.n_watchdog_resets(),
+        n_events: machine.n_events(),
+        last_move: (machine.n_moves(), machine.move_state().name()),
     }
 }
 
@@ -152,6 +159,7 @@ pub(super) fn summary(run: &Run) -> Summary {
         figures.push(figure("decision_cycle_max_ms", cycle, about));
         let image = Some(decision.machine().program().image().len() as f64);
         figures.push(figure("decision_image_bytes", image, "size of the program (at most 4096)"));
+        decision_figures(decision, &mut figures);
     }
     Summary {
         mission: run.mission.name().to_owned(),
@@ -161,6 +169,22 @@ pub(super) fn summary(run: &Run) -> Summary {
         figures,
         state_hash: run.state_hash().to_string(),
     }
+}
+
+fn decision_figures(decision: &DecisionNode, figures: &mut Vec<Figure>) {
+    let machine = decision.machine();
+    let (resets, events) = (machine.n_watchdog_resets() as f64, machine.n_events() as f64);
+    let faults = f64::from(u8::from(machine.fault().is_some()));
+    figures.extend([
+        figure("decision_watchdog_resets", Some(resets), "restarts by its watchdog (R8004)"),
+        figure("decision_faults", Some(faults), "1 if the program stopped with an error (R8…)"),
+        figure("decision_events", Some(events), "entries that EVENT wrote into the log"),
+        figure(
+            "decision_clock_s",
+            Some(machine.clock().second_of_day()),
+            "time of day on the decision node's clock",
+        ),
+    ]);
 }
 
 /// What is not known, of a robot elsewhere or before an arrival, has no value.

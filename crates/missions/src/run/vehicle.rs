@@ -2,6 +2,7 @@
 
 use std::{sync::Arc, time::Duration};
 
+use decision::MoveReport;
 use drivers::{
     GroundClient, GroundLinkConfig, GroundStation, LineTiming, PheromoneClient,
     PheromoneClientConfig, PioneerDriver, PioneerDriverConfig, PioneerSettings,
@@ -64,6 +65,8 @@ pub(super) struct Vehicle {
     /// An order was given and has not reached the navigator yet.
     order_under_way: bool,
     telemetry: Telemetry,
+    /// The last MOVE of the decision program that it was given.
+    program_move: Option<ProgramMove>,
     status: Option<RobotStatus>,
     last_phase: Phase,
     last_goal: Option<Se2>,
@@ -78,6 +81,27 @@ pub(super) struct Vehicle {
     scratch: Scratch,
     taps: Option<Box<[(Tap, Packets); 3]>>,
     link_base: usize,
+}
+
+/// Who gives an order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum OrderBy {
+    /// The decision program, with a MOVE of that number.
+    Program(u64),
+    /// Somebody at the ground station, or the mission's plan.
+    Person,
+    /// Somebody who drives it by hand from now on.
+    Hand,
+    /// The decision node, because its program has stopped.
+    Failsafe,
+}
+
+/// A MOVE of the decision program, as long as nobody has given it another.
+#[derive(Clone, Copy, Debug)]
+struct ProgramMove {
+    number: u64,
+    /// What became of it when somebody else gave an order; before that the telemetry says it.
+    end: Option<(MoveReport, &'static str)>,
 }
 
 impl Vehicle {
@@ -97,6 +121,7 @@ impl Vehicle {
             navigator.set_path(path.clone());
         }
         let decides = parts.decision.as_ref().filter(|d| d.robot == Some(index));
+        let answer_within = decides.map(|d| d.answer_within);
         let ground_link = decides.map_or_else(|| default_ground_link(plan), |d| d.link.clone());
         let server_link = parts.pheromones.as_ref().map(|p| p.link.clone());
         let baud = |link: &LinkPlan| link.baud();
@@ -110,7 +135,7 @@ impl Vehicle {
             body,
             robot: robot_line(plan, seed)?,
             server: server_line(mission, index, seed).map_err(settings)?,
-            ground: ground_line(&ground_link, plan, seed).map_err(settings)?,
+            ground: ground_line(&ground_link, answer_within, plan, seed).map_err(settings)?,
             navigator,
             teleoperator: plan.teleoperator.as_ref().map(|t| Teleoperator::new(t, &plan.model)),
             hand: Hand::default(),
@@ -119,6 +144,7 @@ impl Vehicle {
             order: None,
             order_under_way: false,
             telemetry: Telemetry::default(),
+            program_move: None,
             status: None,
             last_phase: Phase::Idle,
             last_goal: None,
@@ -134,16 +160,20 @@ impl Vehicle {
         })
     }
 
-    /// Gives an order to the ground's end of the ground link; it leaves at the next step. A robot that was
-    /// halted takes none.
-    pub(super) fn order(&mut self, order: GroundOrder) {
+    /// Gives an order to the ground's end of the ground link; it leaves at the next step. From now on
+    /// nothing is believed of the goal before. A robot that was halted takes none.
+    pub(super) fn order(&mut self, order: GroundOrder, by: OrderBy) {
         if self.halts != Halt::No {
             return;
         }
+        self.end_program_move(order, by);
         self.order = Some(order);
         self.order_under_way = true;
-        self.telemetry = Telemetry::default();
         self.hand.let_go();
+        self.telemetry = match order {
+            GroundOrder::GoTo(_) => Telemetry::UnderWay,
+            GroundOrder::Stop => Telemetry::NoGoal,
+        };
         if let Some(person) = &mut self.teleoperator {
             person.let_go();
         }
@@ -152,7 +182,7 @@ impl Vehicle {
     /// Somebody drives it by hand, until [`DRIVE_HOLD`](super::DRIVE_HOLD) after the last call.
     pub(super) fn drive_by_hand(&mut self, now: Stamp, wheels: WheelSpeeds) {
         if !self.hand.is_on() {
-            self.order(GroundOrder::Stop);
+            self.order(GroundOrder::Stop, OrderBy::Hand);
         }
         self.hand.feel(now, wheels);
     }
@@ -193,6 +223,56 @@ impl Vehicle {
         }
         let status = self.status.filter(|_| self.robot.is_connected())?;
         Some(!status.moving)
+    }
+
+    /// A new order ends the MOVE before: one that was under way will not be done any more, and from
+    /// one that was done the robot is sent away.
+    fn end_program_move(&mut self, order: GroundOrder, by: OrderBy) {
+        if let OrderBy::Program(number) = by {
+            self.program_move = Some(ProgramMove { number, end: None });
+            return;
+        }
+        let Some(program_move) = &mut self.program_move else { return };
+        if program_move.end.is_some_and(|(report, _)| report != MoveReport::Done) {
+            return;
+        }
+        let is_done = program_move.end.is_some() || self.telemetry == Telemetry::Arrived;
+        program_move.end = Some(match (self.telemetry, order) {
+            (Telemetry::Failed(reason), _) => (MoveReport::Failed, reason),
+            (_, GroundOrder::Stop) if is_done && by == OrderBy::Hand => {
+                (MoveReport::Left, "the robot is driven away by hand")
+            }
+            (_, GroundOrder::Stop) if is_done => (MoveReport::Done, "the robot stands there"),
+            (_, GroundOrder::GoTo(_)) if is_done => {
+                (MoveReport::Left, "the robot is sent elsewhere")
+            }
+            (_, GroundOrder::GoTo(_)) => (MoveReport::Failed, "somebody sent the robot elsewhere"),
+            (_, GroundOrder::Stop) if by == OrderBy::Failsafe => {
+                (MoveReport::Failed, "the program has stopped")
+            }
+            (_, GroundOrder::Stop) if by == OrderBy::Hand => {
+                (MoveReport::Failed, "somebody drives the robot by hand")
+            }
+            (_, GroundOrder::Stop) => (MoveReport::Failed, "somebody stopped the robot"),
+        });
+    }
+
+    /// Whether it is on its way for a MOVE of the decision program.
+    pub(super) fn is_on_program_move(&self) -> bool {
+        self.program_move.is_some_and(|m| m.end.is_none()) && self.telemetry == Telemetry::UnderWay
+    }
+
+    /// What the ground knows of the last MOVE that it was given: its number, what became of it and
+    /// why; `None` while it is under way.
+    pub(super) fn program_move(&self) -> Option<(u64, MoveReport, &'static str)> {
+        let ProgramMove { number, end } = self.program_move?;
+        let (report, why) = match (end, self.telemetry) {
+            (Some(end), _) => end,
+            (None, Telemetry::Arrived) => (MoveReport::Done, "the robot stands there"),
+            (None, Telemetry::Failed(reason)) => (MoveReport::Failed, reason),
+            (None, _) => return None,
+        };
+        Some((number, report, why))
     }
 
     /// One step of all its nodes. Reads the world, changes only itself.
@@ -350,14 +430,11 @@ impl Vehicle {
     pub(super) fn failure(&self) -> Option<String> {
         match self.navigator.phase() {
             Phase::Failed(reason) => Some(words::failure(reason, self.navigator.view().scouting)),
-            _ if self.telemetry.unanswered => Some("the order was never answered".to_owned()),
-            _ => None,
+            _ => match self.telemetry {
+                Telemetry::Failed(reason) => Some(reason.to_owned()),
+                _ => None,
+            },
         }
-    }
-
-    /// What the ground has heard from it since the last order.
-    pub(super) fn telemetry(&self) -> Telemetry {
-        self.telemetry
     }
 
     /// Whether it follows a trail on purpose, or is driven along a path.
@@ -562,12 +639,24 @@ fn server_line(mission: &Mission, index: usize, seed: RunSeed) -> Result<ServerL
     Ok(ServerLine::wired(link, config, client))
 }
 
-fn ground_line(link: &LinkPlan, plan: &RobotPlan, seed: RunSeed) -> Result<GroundLine, String> {
+/// The line to the ground. The ground waits as long for the robot's answers as `answer_within` says, and
+/// as the way there and back takes.
+fn ground_line(
+    link: &LinkPlan,
+    answer_within: Option<Duration>,
+    plan: &RobotPlan,
+    seed: RunSeed,
+) -> Result<GroundLine, String> {
     let LinkPlan::Memory(config) = link else { return Ok(GroundLine::Direct(Cuts::default())) };
     let rng = seed.stream(&format!("link/{}/ground", plan.name));
+    let mut timing = GroundLinkConfig::default();
+    if let Some(within) = answer_within {
+        timing.retry_period = within / timing.n_tries;
+    }
+    timing.retry_period += 2 * (config.latency + config.jitter);
     Ok(GroundLine::Wired(Box::new(WiredGround {
         link: Link::new(config, rng).map_err(|e| e.to_string())?,
-        station: GroundStation::new(GroundLinkConfig::default()),
-        client: GroundClient::new(GroundLinkConfig::default()),
+        station: GroundStation::new(timing.clone()),
+        client: GroundClient::new(timing),
     })))
 }

@@ -9,8 +9,8 @@ use super::super::{
         DeviceFile, MissionFile, PersonFile, PheromonesFile, RandomBoxesFile, ThingFile, WallFile,
     },
     plan::{
-        BoxRegion, DevicePlan, DeviceWiring, PersonPlan, PheromonePlan, PlannedKind, RandomBoxes,
-        RobotPlan, ThingPlan, WorldPlan,
+        BoxRegion, DevicePlan, DeviceWiring, FailsafeOutput, PersonPlan, PheromonePlan,
+        PlannedKind, RandomBoxes, RobotPlan, ThingPlan, WorldPlan,
     },
 };
 use super::{Checked, N_SIMULATED_LINKS, choose, link, point, range, unique};
@@ -221,12 +221,22 @@ fn device(key: &str, file: &DeviceFile) -> Checked<DevicePlan> {
         let allowed = format!("absent: a {} is an output", file.kind);
         return Err(Wrong::new(format!("{key}.input"), input.unwrap_or_default(), allowed));
     }
+    let failsafe = match choose(&format!("{key}.failsafe"), &file.failsafe, &["off", "on", "hold"])?
+    {
+        0 => FailsafeOutput::Off,
+        _ if is_sensor => {
+            let allowed = format!("absent: a {} is an input", file.kind);
+            return Err(Wrong::new(format!("{key}.failsafe"), &file.failsafe, allowed));
+        }
+        1 => FailsafeOutput::On,
+        _ => FailsafeOutput::Hold,
+    };
     let missing = || Wrong::prose(format!("{key}.output"), "absent", "a number from 0 to 15");
     let wiring = match kind {
         0 => DeviceWiring::Button { input },
         1 => DeviceWiring::Motion { input, zone: zone(key, file)? },
-        2 => DeviceWiring::Latch { output: output.ok_or_else(missing)? },
-        _ => DeviceWiring::Lamp { output: output.ok_or_else(missing)? },
+        2 => DeviceWiring::Latch { output: output.ok_or_else(missing)?, failsafe },
+        _ => DeviceWiring::Lamp { output: output.ok_or_else(missing)?, failsafe },
     };
     let label = if file.label.is_empty() { &file.name } else { &file.label };
     let at = point(format!("{key}.at_m"), file.at_m)?;

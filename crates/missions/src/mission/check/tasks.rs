@@ -1,5 +1,6 @@
 //! Checks of `[decision]`, `[[events]]` and `[success]`.
 
+use decision::{DateTime, Diagnostic, Failsafe, Mode, MovePoints, MoveSignal, Program, Severity};
 use navigator::FailureReason;
 use run_context::Stamp;
 
@@ -7,8 +8,8 @@ use super::super::{
     error::Wrong,
     file::{DecisionFile, EventFile, MissionFile},
     plan::{
-        Action, DecisionPlan, DevicePlan, DeviceWiring, EventPlan, GoalPose, LinkPlan, Requirement,
-        RobotPlan,
+        Action, DecisionPlan, DevicePlan, DeviceWiring, EventPlan, FailsafeOutput, GoalPose,
+        LinkPlan, ProgramAction, Requirement, RobotPlan,
     },
 };
 use crate::cut::{Direction, Line};
@@ -28,49 +29,97 @@ pub(super) fn decision(
         let allowed = "the program, or instead program_file with the name of its file";
         return Err(Wrong::prose("decision.program", "absent", allowed));
     };
-    let compilation = decision::compile(source);
-    let Some(program) = compilation.program else {
-        let n = compilation.n_errors;
-        let errors = compilation.diagnostics.iter();
-        let first = errors.filter(|d| d.severity == decision::Severity::Error).take(3);
-        let parts: Vec<String> =
-            first.map(|d| format!("line {}, column {}: {}", d.line, d.column, d.message)).collect();
-        let errors = if n == 1 { "error" } else { "errors" };
-        let found = format!("a program with {n} {errors} ({})", parts.join("; "));
-        let wrong = Wrong::prose("decision.program", found, "a program that compiles");
-        let first =
-            compilation.diagnostics.iter().find(|d| d.severity == decision::Severity::Error);
-        return Err(match first {
-            Some(d) => wrong.within(d.line, d.column),
-            None => wrong,
-        });
-    };
+    let listing_mode = choose("decision.mode", &file.mode, &["corrected", "listing"])? == 1;
+    let mode = if listing_mode { Mode::Listing } else { Mode::Corrected };
+    let program = compiled(source, mode)?;
     let names: Vec<&str> = robots.iter().map(|r| r.name.as_str()).collect();
     let robot = match file.robot.as_str() {
         "" => None,
         name => Some(named("decision.robot", name, &names)?),
     };
-    for (key, input) in [("arrived_input", file.arrived_input), ("failed_input", file.failed_input)]
-    {
-        input_is_free(&format!("decision.{key}"), input, devices)?;
-    }
-    if file.arrived_input.is_some() && file.arrived_input == file.failed_input {
-        let allowed = "another input than arrived_input";
-        return Err(Wrong::new(
-            "decision.failed_input",
-            file.failed_input.unwrap_or_default(),
-            allowed,
-        ));
-    }
+    let watchdog_s =
+        range("decision.watchdog_s", file.watchdog_s, 0.0..=3600.0, "from 0 to 3600 s")?;
+    let answer_s =
+        range("decision.answer_within_s", file.answer_within_s, 0.1..=600.0, "from 0.1 to 600 s")?;
     Ok(DecisionPlan {
         source: source.clone(),
         program,
-        listing_mode: choose("decision.mode", &file.mode, &["corrected", "listing"])? == 1,
+        listing_mode,
         robot,
-        arrived_input: file.arrived_input,
-        failed_input: file.failed_input,
+        points: points(file, devices)?,
+        failsafe: failsafe(devices),
+        stops_robot: file.failsafe_stops_robot,
+        clock: clock(&file.clock, mode)?,
+        watchdog: seconds(watchdog_s),
+        answer_within: seconds(answer_s),
         link: link("decision.link", &file.link, N_SIMULATED_LINKS)?,
     })
+}
+
+fn compiled(source: &str, mode: Mode) -> Checked<Program> {
+    let compilation = decision::compile_as(source, mode);
+    compilation.program.ok_or_else(|| {
+        let n = compilation.n_errors;
+        let is_error = |d: &&Diagnostic| d.severity == Severity::Error;
+        let mut all = compilation.diagnostics.iter().filter(is_error);
+        let parts: Vec<String> = all
+            .clone()
+            .take(3)
+            .map(|d| format!("line {}, column {}: {}", d.line, d.column, d.message))
+            .collect();
+        let errors = if n == 1 { "error" } else { "errors" };
+        let found = format!("a program with {n} {errors} ({})", parts.join("; "));
+        let wrong = Wrong::prose("decision.program", found, "a program that compiles");
+        match all.next() {
+            Some(first) => wrong.within(first.line, first.column),
+            None => wrong,
+        }
+    })
+}
+
+/// The inputs that say what became of a MOVE: free, and different.
+fn points(file: &DecisionFile, devices: &[DevicePlan]) -> Checked<MovePoints> {
+    let keys = [
+        ("busy_input", file.busy_input),
+        ("arrived_input", file.arrived_input),
+        ("failed_input", file.failed_input),
+    ];
+    for (i, (key, input)) in keys.into_iter().enumerate() {
+        let key = format!("decision.{key}");
+        input_is_free(&key, input, devices)?;
+        let Some(number) = input else { continue };
+        if let Some((other, _)) = keys.iter().take(i).find(|(_, n)| *n == input) {
+            return Err(Wrong::new(key, number, format!("another input than {other}")));
+        }
+    }
+    let signal = match choose("decision.completion", &file.completion, &["level", "pulse"])? {
+        0 => MoveSignal::Level,
+        _ => MoveSignal::Pulse,
+    };
+    let (busy, done, failed) = (file.busy_input, file.arrived_input, file.failed_input);
+    Ok(MovePoints { busy, done, failed, signal })
+}
+
+/// What the devices want their outputs to do while no program drives them.
+fn failsafe(devices: &[DevicePlan]) -> Failsafe {
+    devices.iter().fold(Failsafe::default(), |mut all, device| {
+        if let DeviceWiring::Latch { output, failsafe } | DeviceWiring::Lamp { output, failsafe } =
+            device.wiring
+        {
+            match failsafe {
+                FailsafeOutput::Off => {}
+                FailsafeOutput::On => all.on |= 1 << output,
+                FailsafeOutput::Hold => all.hold |= 1 << output,
+            }
+        }
+        all
+    })
+}
+
+fn clock(text: &str, mode: Mode) -> Checked<DateTime> {
+    let clock = DateTime::parse(text).filter(|clock| clock.is_valid(mode));
+    let allowed = "a time such as 07:30, or a date and a time such as 2026-03-01 07:30:00";
+    clock.ok_or_else(|| Wrong::new("decision.clock", text, allowed))
 }
 
 fn input_is_free(key: &str, input: Option<u8>, devices: &[DevicePlan]) -> Checked<()> {
@@ -135,8 +184,19 @@ fn event(
     has_server: bool,
 ) -> Checked<EventPlan> {
     let at_s = range(format!("{key}.at_s"), file.at_s, 0.0..=86_400.0, "from 0 to 86400 s")?;
-    let kinds =
-        ["press", "release", "goal", "stop", "place_box", "cut_link", "restore_link", "remove"];
+    let kinds = [
+        "press",
+        "release",
+        "goal",
+        "stop",
+        "place_box",
+        "cut_link",
+        "restore_link",
+        "stop_program",
+        "run_program",
+        "stall_program",
+        "remove",
+    ];
     let kind = choose(&format!("{key}.do"), &file.action, &kinds)?;
     let action = match kind {
         0 | 1 => {
@@ -168,6 +228,15 @@ fn event(
         5 | 6 => {
             let (robots, line, direction) = link_event(key, file, robots, has_server)?;
             Action::Link { robots, line, direction, cut: kind == 5 }
+        }
+        7 => Action::Program(ProgramAction::Stop),
+        8 => Action::Program(ProgramAction::Run),
+        9 => {
+            let Some(for_s) = file.for_s else {
+                return Err(Wrong::prose(format!("{key}.for_s"), "absent", "from 0.01 to 3600 s"));
+            };
+            range(format!("{key}.for_s"), for_s, 0.01..=3600.0, "from 0.01 to 3600 s")?;
+            Action::Program(ProgramAction::Stall { n_steps: (for_s * 100.0).round() as u64 })
         }
         _ if file.thing.is_empty() => {
             return Err(Wrong::new(format!("{key}.thing"), "", "the name of a thing"));
@@ -286,6 +355,8 @@ pub(super) fn success(
         });
     }
     all.extend(success.moves_sent.map(Requirement::MovesSent));
+    all.extend(success.events_logged.map(Requirement::EventsLogged));
+    all.extend(success.watchdog_resets.map(Requirement::WatchdogResets));
     if let Some(m) = success.clearance_min_m {
         let m = range("success.clearance_min_m", m, 0.0..=5.0, "from 0 to 5 m")?;
         all.push(Requirement::ClearanceMin(m));
