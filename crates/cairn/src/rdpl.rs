@@ -1,4 +1,6 @@
-//! `cairn rdpl`: checks and compiles decision programs.
+//! `cairn rdpl`: checks, compiles and rehearses decision programs.
+
+mod bench;
 
 use std::{
     fs,
@@ -8,17 +10,21 @@ use std::{
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use anyhow::bail;
-use decision::{Diagnostic, Severity};
+use decision::{Compilation, Diagnostic, Mode, Severity};
 use files::{Kind, Outputs};
 use serde_json::json;
 
-use crate::output::{self, Format, say};
+use crate::{
+    given,
+    output::{self, Format, say},
+};
 
-/// Compiles a decision program (RDPL): problems with line and column, then image and listing
+/// Compiles a decision program (RDPL): problems with line and column, then image and listing; or runs it alone
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  cairn rdpl doorbell.src\n  cairn rdpl doorbell.src --check --format json\n  \
-    cairn rdpl doorbell.src --check --gates doorbell.svg\n\n\
+    cairn rdpl doorbell.src --check --gates doorbell.svg\n  \
+    cairn rdpl doorbell.src --run 20 --input \"2 I0=1; 2.5 I0=0\" --points done=4 --move-takes 10\n\n\
     What is there already is replaced only with --force, and only when its listing says that it was compiled\n\
     from the same source; the source itself never is.\n\n\
     Exit code 0: no errors (there may be warnings); 1: errors, and no image of this source is left; 2: a file\n\
@@ -39,25 +45,48 @@ pub(crate) struct Args {
     /// Draws the program as a diagram of gates (SVG)
     #[arg(long, value_name = "FILE.svg")]
     gates: Option<PathBuf>,
-    /// How problems are printed
+    /// Whether text and machine behave as this guide or as the thesis's printed listing
+    #[arg(long, value_enum, default_value_t)]
+    mode: ModeArg,
+    /// How problems and the trace are printed
     #[arg(long, value_enum, default_value_t)]
     format: Format,
+    #[command(flatten)]
+    bench: bench::BenchArgs,
+}
+
+/// The behaviours of compiler and machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+enum ModeArg {
+    /// As the guide describes it
+    #[default]
+    Corrected,
+    /// As the printed listing does it, mistakes included
+    Listing,
 }
 
 pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     let path = source_path(&args.source);
-    let source = files::read_text(&path, "the program")?;
+    refuse_foreign(&path)?;
     let outputs = Outputs::new(args.force).keeping([&path]);
-    let targets = (!args.check).then(|| Targets::of(args, &path));
+    let is_rehearsal = args.bench.run.is_some();
+    let targets = (!args.check && !is_rehearsal).then(|| Targets::of(args, &path));
     refuse(args, targets.as_ref(), &path, &outputs)?;
-    let compilation = decision::compile(&source);
+    let mode = match args.mode {
+        ModeArg::Corrected => Mode::Corrected,
+        ModeArg::Listing => Mode::Listing,
+    };
+    let compilation = decision::compile_bytes(&read(&path)?, mode);
     let renderer = if output::colour_on_stderr() { Renderer::styled() } else { Renderer::plain() };
     match args.format {
         Format::Text => {
             for diagnostic in &compilation.diagnostics {
-                eprintln!("{}\n", rendered(diagnostic, &source, &path, &renderer));
+                let source = compilation.source();
+                eprintln!("{}\n", rendered(diagnostic, source, &path, &renderer));
             }
         }
+        // A rehearsal prints one object of its own.
+        Format::Json if is_rehearsal && compilation.n_errors == 0 => {}
         Format::Json => say!("{}", as_json(&compilation)),
     }
     if let Some(targets) = &targets {
@@ -68,6 +97,10 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     {
         outputs.write(path, Kind::SVG, decision::gate_view(program).as_bytes())?;
     }
+    if let (true, Some(program)) = (is_rehearsal, &compilation.program) {
+        let problems = as_json(&compilation)["diagnostics"].take();
+        return bench::main(&args.bench, (program, mode), args.format, problems);
+    }
     if args.format == Format::Text {
         print_closing(&compilation, targets.as_ref());
         if let Some(path) = args.gates.as_ref().filter(|_| compilation.program.is_some()) {
@@ -75,6 +108,30 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
         }
     }
     Ok(if compilation.n_errors == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// The bytes of the source, of standard input for `-`. One byte more than a program may have is enough to know that
+/// it is too large.
+fn read(path: &Path) -> anyhow::Result<Vec<u8>> {
+    let bytes_max = decision::SOURCE_BYTES_MAX as u64;
+    if given::is_stdin(path) {
+        return given::stdin(bytes_max);
+    }
+    Ok(files::read(path, "the program", files::Limit::bytes(bytes_max), &mut |_, _| ())?)
+}
+
+/// Files of other kinds, by their names: what they are, and what was probably meant.
+fn refuse_foreign(path: &Path) -> anyhow::Result<()> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let what = match extension.as_str() {
+        "toml" => "is a mission or a configuration; `cairn missions NAME` shows its program",
+        "bin" => "is an image, which was compiled from a source (.rdpl, .src): give that",
+        "lst" => "is a listing, which was made from a source (.rdpl, .src): give that",
+        "mcap" | "part" => "is a recording",
+        "svg" | "html" | "json" | "png" | "csv" | "tsv" | "yaml" | "pgm" | "md" => "is no program",
+        _ => return Ok(()),
+    };
+    bail!("{} {what}; nothing was read or written", path.display())
 }
 
 /// Where the compiler's results go.
@@ -139,7 +196,7 @@ fn file_name(path: &Path) -> String {
 /// Writes listing and image; a listing alone when there are errors, and then no image of an earlier version of this
 /// source may be taken for one of this.
 fn write_compiled(
-    compilation: &decision::Compilation,
+    compilation: &Compilation,
     Targets { image, listing }: &Targets,
     source: &Path,
     outputs: &Outputs,
@@ -168,7 +225,7 @@ fn source_path(given: &Path) -> PathBuf {
     }
 }
 
-fn print_closing(compilation: &decision::Compilation, written: Option<&Targets>) {
+fn print_closing(compilation: &Compilation, written: Option<&Targets>) {
     say!("Lines compiled: {}. Total errors {}.", compilation.n_lines, compilation.n_errors);
     if let Some(program) = &compilation.program {
         let estimate = program.estimate();
@@ -190,20 +247,46 @@ fn rendered(diagnostic: &Diagnostic, source: &str, path: &Path, renderer: &Rende
         Severity::Warning => Level::WARNING,
     };
     let origin = path.display().to_string();
-    let span = diagnostic.span.start.min(source.len())..diagnostic.span.end.min(source.len());
-    let snippet = Snippet::source(source)
+    let (excerpt, span) = excerpt(source, diagnostic.span.start, diagnostic.span.end);
+    let span_start = span.start;
+    let snippet = Snippet::source(excerpt)
         .path(&origin)
-        .line_start(1)
+        .line_start(diagnostic.line)
         .annotation(AnnotationKind::Primary.span(span));
     let id = diagnostic.code.id();
-    let mut report = vec![level.primary_title(&diagnostic.message).id(id).element(snippet)];
+    let is_cut = excerpt[..span_start].chars().count() + 1 < diagnostic.column;
+    let message = if is_cut {
+        format!("{} (in column {} of a long line)", diagnostic.message, diagnostic.column)
+    } else {
+        diagnostic.message.clone()
+    };
+    let mut report = vec![level.primary_title(&message).id(id).element(snippet)];
     if let Some(hint) = &diagnostic.hint {
         report.push(Group::with_title(Level::HELP.secondary_title(hint)));
     }
     renderer.render(&report)
 }
 
-fn as_json(compilation: &decision::Compilation) -> serde_json::Value {
+/// Bytes shown at most before and after the place of a problem.
+const SHOWN_BYTES: usize = 200;
+
+/// The line around a place, without its end, and the place in it. Of a long line only the part around
+/// the place, so that what is printed of a problem does not depend on the length of the text.
+fn excerpt(source: &str, start: usize, end: usize) -> (&str, std::ops::Range<usize>) {
+    let start = source.floor_char_boundary(start);
+    let (before, rest) = source.split_at(start);
+    let from = before.rfind(['\n', '\r']).map_or(0, |at| at + 1);
+    let from = before.ceil_char_boundary(from.max(start.saturating_sub(SHOWN_BYTES)));
+    let from =
+        if source[from..].starts_with('\u{FEFF}') { from + '\u{FEFF}'.len_utf8() } else { from };
+    let len = rest.find(['\n', '\r']).unwrap_or(rest.len());
+    let to = start + rest.floor_char_boundary(len.min(SHOWN_BYTES));
+    let from = from.min(start);
+    let end = source.floor_char_boundary(end.clamp(start, to.max(start)));
+    (&source[from..to], start - from..end - from)
+}
+
+fn as_json(compilation: &Compilation) -> serde_json::Value {
     let diagnostic = |d: &Diagnostic| {
         json!({
             "code": d.code.id(),
@@ -220,4 +303,24 @@ fn as_json(compilation: &decision::Compilation) -> serde_json::Value {
         "diagnostics": compilation.diagnostics.iter().map(diagnostic).collect::<Vec<_>>(),
         "image_bytes": compilation.program.as_ref().map(|p| p.image().len()),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_excerpt_is_a_line_or_a_piece_of_one() {
+        let text = "\u{FEFF}AND é\rOR O1,I0\r\nFF";
+        assert_eq!(excerpt(text, 3, 6), ("AND é", 0..3));
+        assert_eq!(excerpt(text, 10, 12), ("OR O1,I0", 0..2));
+        assert_eq!(excerpt(text, 20, 22), ("FF", 0..2));
+        assert_eq!(excerpt(text, 22, 22), ("FF", 2..2));
+        // In the middle of a megabyte, and of a character.
+        let long = "é".repeat(500_000);
+        let (piece, span) = excerpt(&long, 400_001, 900_000);
+        assert!(piece.len() <= 2 * SHOWN_BYTES && span.end <= piece.len());
+        assert!(piece.chars().all(|c| c == 'é') && piece.is_char_boundary(span.end));
+        assert_eq!(excerpt("", 5, 9), ("", 0..0));
+    }
 }

@@ -149,6 +149,13 @@ fn headless(
         recorder.finish(&run)?;
     }
     let summary = run.summary();
+    // A decision program that nobody runs any more leaves no output on.
+    run.close();
+    if args.verbose {
+        let said = run.drain_log();
+        said.iter().for_each(output::event);
+        events.extend(said);
+    }
     match args.format {
         _ if args.quiet => {}
         Format::Text => output::summary(&summary, Format::Text),

@@ -109,3 +109,171 @@ fn every_code_is_explained() {
     assert_eq!(object["severity"], "error");
     place.cairn("explain R77").refused(2, &["R77", "cairn explain"]);
 }
+
+/// Two seconds into the program the bell rings; the MOVE goes out 15 s later and is done 10 s after that.
+#[test]
+fn a_program_is_run_alone() {
+    let place = Place::new();
+    fs::copy(shipped("doorbell.rdpl"), place.path("doorbell.rdpl")).unwrap();
+    let options =
+        "rdpl doorbell.rdpl --run 40 --points done=4 --move-takes 10 --watch I0,Y2,YTMR16,I4,O0";
+    let run = |more: &[&str]| {
+        let mut command = place.command();
+        command.args(options.split_whitespace()).args(["--input", "2 I0=1; 2.5 I0=0"]).args(more);
+        Place::ended(&mut command).fine()
+    };
+    let text = run(&[]).out;
+    let rows: Vec<Vec<&str>> = text.lines().map(|l| l.split_whitespace().collect()).collect();
+    assert_eq!(rows[0][..6], ["time_s", "I0", "Y2", "YTMR16", "I4", "O0"]);
+    // The whole trace, as the guide prints it; Y2 is a whole byte there, its history.
+    let at = |time: &str| rows.iter().find(|row| row.first() == Some(&time)).unwrap().clone();
+    assert_eq!(at("17.00")[6..], ["MOVE", "1", "to", "(5000,", "3500)", "mm,", "45", "deg"]);
+    assert_eq!(
+        (at("27.00")[4], at("27.00")[5], at("27.00")[6..].join(" ")),
+        ("1", "1", "MOVE 1 is done".into())
+    );
+    assert_eq!(at("32.00")[5], "0", "the latch is held for 5 s");
+    assert!(text.contains("the end: the outputs go to their fail-safe values"), "{text}");
+    let object = run(&["--format", "json"]).json();
+    assert_eq!((&object["moves"], &object["last_move"]), (&1.into(), &"done".into()));
+    let news: Vec<String> = object["rows"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|row| !row["news"].as_array().unwrap().is_empty())
+        .map(|row| format!("{} {}", row["t_s"], row["news"][0].as_str().unwrap()))
+        .collect();
+    assert_eq!(news[..2], ["17.0 MOVE 1 to (5000, 3500) mm, 45 deg", "27.0 MOVE 1 is done"]);
+    // Nothing is written.
+    assert!(!place.path("doorbell.bin").exists() && !place.path("doorbell.lst").exists());
+}
+
+#[test]
+fn three_errands_are_rehearsed_from_a_table() {
+    let place = Place::new();
+    fs::copy(shipped("errands.rdpl"), place.path("errands.rdpl")).unwrap();
+    place
+        .write("day.txt", "# the day\n2 I0=1\n3 I0=0\n20 done # the kitchen\n30 failed\n45 done\n");
+    let options =
+        "rdpl errands.rdpl --run 60 --points busy=6,done=4,failed=5 --watch STATUS --format json";
+    let statuses = |object: &serde_json::Value| -> Vec<(f64, u64)> {
+        let rows = object["rows"].as_array().unwrap().iter();
+        let mut seen: Vec<(f64, u64)> = Vec::new();
+        for row in rows {
+            let status = row["values"]["STATUS"].as_u64().unwrap();
+            if seen.last().is_none_or(|(_, last)| *last != status) {
+                seen.push((row["t_s"].as_f64().unwrap(), status));
+            }
+        }
+        seen
+    };
+    let expected = [(0.0, 0), (2.0, 1), (20.0, 2), (30.0, 3), (45.0, 4)];
+    let from_file = place.cairn(&format!("{options} --inputs day.txt")).fine().json();
+    assert_eq!(statuses(&from_file), expected);
+    let mut command = place.command();
+    command.args(options.split_whitespace()).args(["--inputs", "-"]);
+    command.stdin(fs::File::open(place.path("day.txt")).unwrap());
+    assert_eq!(Place::ended(&mut command).fine().json(), from_file, "from standard input");
+}
+
+#[test]
+fn clock_log_watchdog_and_fail_safe_outputs_are_seen_on_the_bench() {
+    let place = Place::new();
+    fs::copy(shipped("night-watch.rdpl"), place.path("watch.rdpl")).unwrap();
+    let mut command = place.command();
+    command.args("rdpl watch.rdpl --run 20 --failsafe O2=on --watchdog 1 --format json".split(' '));
+    command.args(["--clock", "2026-03-01 21:59:55"]);
+    command.args(["--input", "6 I0=1; 7 stop; 10 run; 13 stall=5; 0 A0=20 A1=23"]);
+    let object = Place::ended(&mut command).fine().json();
+    assert_eq!(object["watchdog_resets"], 1);
+    assert_eq!(object["clock"], "2026-03-01 22:00:15.00");
+    let text = object.to_string();
+    for words in ["EVENT 1: I0 at 2026-03-01 22:00:01", "R8004", "the program is stopped (QRUN 0)"]
+    {
+        assert!(text.contains(words), "`{words}` is missing in {text}");
+    }
+    let outputs_at = |t: f64| {
+        let rows = object["rows"].as_array().unwrap();
+        rows.iter().rfind(|row| row["t_s"].as_f64().unwrap() <= t).unwrap()["outputs"].clone()
+    };
+    assert_eq!([6.5, 8.0, 11.0].map(|t| outputs_at(t).as_u64().unwrap()), [0b011, 0b100, 0b010]);
+}
+
+#[test]
+fn wrong_options_of_a_rehearsal_say_what_is_allowed() {
+    let place = Place::new();
+    place.write("lamp.src", RIGHT);
+    for (option, value, words) in [
+        ("--input", "I0=1", "begins with a time in seconds"),
+        ("--input", "1 I0=2", "I0 is 0 or 1"),
+        ("--input", "1 O0=1", "O0 is no input"),
+        ("--input", "1 A0=256", "A0 is 0 to 255"),
+        ("--input", "1 I16=1", "the last one is I15"),
+        ("--input", "1 I0=1; 2 jump", "entry 2, `2 jump`"),
+        ("--points", "busy=16", "an input from 0 to 15"),
+        ("--points", "busy=1,done=1", "an input of its own"),
+        ("--points", "ready=1", "none of busy, done, failed and pulse"),
+        ("--failsafe", "I0=on", "`I0` is no output"),
+        ("--failsafe", "O0=dim", "off, on or hold"),
+        ("--clock", "25:00", "07:30"),
+        ("--watch", "Q1", "`Q1`"),
+        ("--inputs", "absent.txt", "absent.txt"),
+    ] {
+        let mut command = place.command();
+        command.args(["rdpl", "lamp.src", "--run", "1", option, value]);
+        Place::ended(&mut command).refused(2, &[words]);
+    }
+    place.cairn("rdpl lamp.src --run -1").refused(2, &["--run"]);
+    place.cairn("rdpl lamp.src --watch all").refused(2, &["--run"]);
+}
+
+#[test]
+fn files_that_are_no_programs_are_refused_and_nothing_is_touched() {
+    let place = Place::new();
+    fs::copy(shipped("doorbell.toml"), place.path("doorbell.toml")).unwrap();
+    place.write("doorbell.bin", "an image that is somebody's");
+    place.cairn("rdpl doorbell.toml").refused(2, &["doorbell.toml is a mission"]);
+    place.cairn("rdpl doorbell.toml --force").refused(2, &["doorbell.toml is a mission"]);
+    place.cairn("rdpl doorbell.bin").refused(2, &["is an image"]);
+    assert_eq!(place.read("doorbell.bin"), "an image that is somebody's");
+    assert!(!place.path("doorbell.lst").exists());
+    let large = "AND O0,I0,1L,1L,1L ; so wide\n".repeat(700_000);
+    assert!(large.len() > 20_000_000);
+    place.write("large.rdpl", &large);
+    place.cairn("rdpl large.rdpl --check").refused(2, &["large.rdpl", "4194304 bytes"]);
+}
+
+/// Of four megabytes of errors, two hundred are shown with their lines, and nothing grows with the text.
+#[test]
+fn problems_of_a_large_text_are_printed_in_little() {
+    let place = Place::new();
+    place.write("bad.rdpl", &"QQQQ ZZZZ,RRRR\n".repeat(270_000));
+    let run = place.cairn("rdpl bad.rdpl --check");
+    assert_eq!(run.code, 1);
+    assert!(run.err.len() < 200_000, "{} bytes of messages", run.err.len());
+    assert!(run.err.contains("bad.rdpl:200:1") && run.err.contains("269800 further problems"));
+    place.write("long.rdpl", &format!("{}AND", "x".repeat(1_000_000)));
+    let run = place.cairn("rdpl long.rdpl --check");
+    assert!(run.code == 1 && run.err.len() < 4000, "{} bytes", run.err.len());
+}
+
+#[test]
+fn the_cases_of_other_editors_are_read_or_named() {
+    let place = Place::new();
+    let case = |name: &str| {
+        let folder =
+            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../decision/tests/cases");
+        fs::copy(folder.join(name), place.path(name)).unwrap();
+        place.cairn(&format!("rdpl {name}")).fine()
+    };
+    for name in ["bom.rdpl", "cr-only.rdpl"] {
+        let run = case(name);
+        assert!(run.err.is_empty() && run.out.contains("2 functions"), "{name}: {}", run.err);
+    }
+    assert!(case("latin1.rdpl").err.contains("latin1.rdpl:1:1"));
+    let twice = case("sixth-operand.rdpl").err;
+    assert!(
+        twice.contains("sixth-operand.rdpl:1:20") && twice.contains("sixth-operand.rdpl:2:20"),
+        "{twice}"
+    );
+}

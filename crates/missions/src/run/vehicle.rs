@@ -423,7 +423,7 @@ impl Vehicle {
     /// Whether it gave up for that reason, or for any, and the ground knows.
     pub(super) fn has_given_up(&self, reason: Option<FailureReason>) -> bool {
         let Phase::Failed(why) = self.navigator.phase() else { return false };
-        self.telemetry.failed && reason.is_none_or(|reason| reason == why)
+        matches!(self.telemetry, Telemetry::Failed(_)) && reason.is_none_or(|reason| reason == why)
     }
 
     /// Why it gave up, if it did.
