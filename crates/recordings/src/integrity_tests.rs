@@ -1,3 +1,5 @@
+//! Damage of recordings: every byte is covered, and what is damaged or cut is named with its place.
+
 #![expect(
     clippy::default_trait_access,
     reason = "the set of options is of a crate that is not among ours"

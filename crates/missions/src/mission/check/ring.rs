@@ -101,7 +101,7 @@ pub(super) fn hears_ahead(key: &str, file: &NavigatorFile, model: &RobotModel) -
         return Ok(());
     }
     let found = format!(
-        "`{}` with {} sonars, none within 60° of straight ahead",
+        "\"{}\" with {} sonars, none within 60° of straight ahead",
         file.avoidance,
         model.sonars.len()
     );
