@@ -108,7 +108,9 @@ fn answers_over_a_slow_and_lossy_link_are_late_and_never_wrong() {
         let mission = Mission::load("errands", &[slow.to_owned(), lossy]).unwrap();
         let mut slow = Run::new(mission, run_context::RunSeed(seed.into())).unwrap();
         let seen = statuses(&mut slow);
-        assert_no_goal_skipped(&seen, 10.0, &format!("seed {seed}"));
+        // A stale answer would end a state at once; on the worst of these lines a robot may count as
+        // silent before its errand is over, five questions later.
+        assert_no_goal_skipped(&seen, 4.0, &format!("seed {seed}"));
     }
 }
 
