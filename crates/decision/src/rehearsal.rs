@@ -114,7 +114,8 @@ fn change(word: &str) -> Result<Change, String> {
         (Family::Input, "1") => Ok(Change::Input(id.number(), true)),
         (Family::Input, _) => Err(format!("{id} is 0 or 1, not `{value}`")),
         (Family::Analog, _) => {
-            let value = value.parse().map_err(|_| format!("{id} is 0 to 255, not `{value}`"))?;
+            let value =
+                value.parse().map_err(|_unusable| format!("{id} is 0 to 255, not `{value}`"))?;
             Ok(Change::Analog(id.number(), value))
         }
         _ => Err(format!("{id} is no input: the field drives I0–I15 and A0–A7")),

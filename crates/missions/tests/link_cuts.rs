@@ -3,7 +3,6 @@
 //! `CAIRN_SEEDS=1000 cargo test --release -p cairn_missions --test link_cuts -- --nocapture` takes the full
 //! number of seeds and prints what it measured; without it there are a few.
 #![expect(clippy::unwrap_used, reason = "a failing helper fails its test")]
-#![expect(clippy::print_stdout, reason = "what was measured is printed for people")]
 
 use std::collections::BTreeMap;
 

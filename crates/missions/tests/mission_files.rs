@@ -375,7 +375,7 @@ fn leaves(value: &toml::Value, way: &[String], found: &mut Vec<(Vec<String>, tom
     match value {
         toml::Value::Table(table) => {
             for (key, inner) in table {
-                leaves(inner, &[way, &[key.clone()]].concat(), found);
+                leaves(inner, &[way, std::slice::from_ref(key)].concat(), found);
             }
         }
         toml::Value::Array(array) if array.first().is_some_and(toml::Value::is_table) => {
