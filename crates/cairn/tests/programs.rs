@@ -38,19 +38,19 @@ fn an_error_removes_the_outdated_image() {
 fn the_results_of_another_program_stay() {
     let place = Place::new();
     place.write("lamp.src", RIGHT);
-    place.write("lamp.toml", WRONG);
+    place.write("lamp.txt", WRONG);
     place.cairn("rdpl lamp.src").fine();
     let all = || (fs::read(place.path("lamp.bin")).unwrap(), place.read("lamp.lst"));
     let before = all();
-    place.cairn("rdpl lamp.toml").refused(2, &["lamp.bin", "exists already"]);
-    place.cairn("rdpl lamp.toml --force").refused(2, &["lamp.src", "another program", "-o"]);
+    place.cairn("rdpl lamp.txt").refused(2, &["lamp.bin", "exists already"]);
+    place.cairn("rdpl lamp.txt --force").refused(2, &["lamp.src", "another program", "-o"]);
     assert_eq!(all(), before);
     // Without its listing nobody knows whose it is: an error does not remove it.
     fs::remove_file(place.path("lamp.lst")).unwrap();
-    let forced = place.cairn("rdpl lamp.toml --force");
+    let forced = place.cairn("rdpl lamp.txt --force");
     forced.refused(1, &["lamp.bin is not of this source", "left as it was"]);
     assert_eq!(all().0, before.0);
-    place.cairn("rdpl lamp.src --force").refused(2, &["lamp.toml", "another program"]);
+    place.cairn("rdpl lamp.src --force").refused(2, &["lamp.txt", "another program"]);
 }
 
 #[test]
@@ -223,7 +223,7 @@ fn wrong_options_of_a_rehearsal_say_what_is_allowed() {
         command.args(["rdpl", "lamp.src", "--run", "1", option, value]);
         Place::ended(&mut command).refused(2, &[words]);
     }
-    place.cairn("rdpl lamp.src --run -1").refused(2, &["--run"]);
+    place.cairn("rdpl lamp.src --run=-1").refused(2, &["--run", "from 0 to 604800 s"]);
     place.cairn("rdpl lamp.src --watch all").refused(2, &["--run"]);
 }
 
@@ -240,7 +240,9 @@ fn files_that_are_no_programs_are_refused_and_nothing_is_touched() {
     let large = "AND O0,I0,1L,1L,1L ; so wide\n".repeat(700_000);
     assert!(large.len() > 20_000_000);
     place.write("large.rdpl", &large);
-    place.cairn("rdpl large.rdpl --check").refused(2, &["large.rdpl", "4194304 bytes"]);
+    place
+        .cairn("rdpl large.rdpl --check")
+        .refused(2, &["large.rdpl", "20.3 MB, at most 4194.3 kB are allowed"]);
 }
 
 /// Of four megabytes of errors, two hundred are shown with their lines, and nothing grows with the text.
