@@ -53,7 +53,7 @@ const BEND_PACE: f64 = 0.6;
 /// The longest gap in a trail that is driven across along the preview, metres.
 const GAP_MAX_M: f64 = 0.9;
 
-/// The same in one control period.
+/// How far along the preview the robot may come in one control period, points.
 const FOLLOW_POINTS: usize = 9;
 
 /// How far ahead on the preview the robot looks for its direction, points.
@@ -65,6 +65,7 @@ impl Navigator {
         self.n_aims += 1;
         self.forget_preview();
         self.lost_from = None;
+        self.gap_from = None;
         self.inquiry.cancel();
         self.enter(Phase::AimAtTrail, now);
         if let Some(goal) = self.goal_point() {

@@ -90,6 +90,8 @@ impl History {
             });
         }
         self.n_steps *= 2;
+        // The same number of samples comes again with other contents.
+        self.told = None;
         every_second(&mut self.t_s);
         self.ways.iter_mut().for_each(every_second);
         every_second(&mut self.curves);

@@ -41,7 +41,7 @@ const SILENCE_MARGIN: Duration = Duration::from_millis(500);
 /// Time between two STOPs for a robot that rolls although it should stand.
 const INSIST_PERIOD: Duration = Duration::from_millis(200);
 
-/// The same for one that was lost, m/s: each begins the silence anew.
+/// The same for one that was lost; it is longer, because each STOP begins the silence anew.
 const INSIST_PERIOD_LOST: Duration = Duration::from_millis(500);
 
 /// Reported wheel speeds that are no motion, mm/s.

@@ -42,7 +42,8 @@ fn program(parts: &Parts, found: &mut Vec<String>) {
     let warning = |d: &decision::Diagnostic| {
         format!("decision.program, line {}: {}: {}", d.line, d.code.id(), d.message)
     };
-    found.extend(decision::compile(&plan.source).diagnostics.iter().map(warning));
+    let mode = if plan.listing_mode { decision::Mode::Listing } else { decision::Mode::Corrected };
+    found.extend(decision::compile_as(&plan.source, mode).diagnostics.iter().map(warning));
 }
 
 fn events(file: &MissionFile, parts: &Parts, found: &mut Vec<String>) {
