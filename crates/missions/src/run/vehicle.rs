@@ -42,8 +42,8 @@ use crate::{
     view::LogLevel,
 };
 
-/// Wheels slower than this stand, m/s.
-const STANDING_MPS: f64 = 0.001;
+/// Wheels slower than this stand, m/s: ramps end at 0, and rounding leaves no more.
+const STANDING_MPS: f64 = 1e-9;
 
 /// One robot with its nodes.
 #[derive(Debug)]
