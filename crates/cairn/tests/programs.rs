@@ -125,7 +125,10 @@ fn a_program_is_run_alone() {
     let text = run(&[]).out;
     let rows: Vec<Vec<&str>> = text.lines().map(|l| l.split_whitespace().collect()).collect();
     assert_eq!(rows[0][..6], ["time_s", "I0", "Y2", "YTMR16", "I4", "O0"]);
-    // The whole trace, as the guide prints it; Y2 is a whole byte there, its history.
+    // The whole trace, row by row as the guide prints it.
+    let times: Vec<&str> = rows[1..9].iter().map_while(|row| row.first().copied()).collect();
+    assert_eq!(times, ["0.00", "2.00", "2.50", "17.00", "27.00", "32.00", "40.00"]);
+    assert_eq!(rows[2][..6], ["2.00", "1", "1", "1", "0", "0"]);
     let at = |time: &str| rows.iter().find(|row| row.first() == Some(&time)).unwrap().clone();
     assert_eq!(at("17.00")[6..], ["MOVE", "1", "to", "(5000,", "3500)", "mm,", "45", "deg"]);
     assert_eq!(

@@ -7,7 +7,7 @@
 
 use std::time::Duration;
 
-use crate::{DateTime, Family, Machine, MoveReport, MoveState, ResourceId, ValueKind};
+use crate::{DateTime, Family, Machine, MoveReport, MoveState, ResourceId, Role, ValueKind};
 
 /// Entries of a script at most.
 const N_ENTRIES_MAX: usize = 100_000;
@@ -138,7 +138,8 @@ pub struct Row {
     pub t_s: f64,
     /// What the machine's clock shows.
     pub clock: String,
-    /// The watched resources after the scan, in their order: a bit, or a number.
+    /// The watched resources after the scan, in their order: a bit, or a number. Memory that the program
+    /// writes as one bit is one.
     pub values: Vec<u8>,
     /// The outputs in the field; bit n is output n.
     pub outputs: u16,
@@ -170,7 +171,7 @@ fn named(machine: &Machine) -> impl Iterator<Item = ResourceId> {
                 }
                 Some(named) => named == *id,
                 None => {
-                    operand.role == crate::Role::TimerNumber
+                    operand.role == Role::TimerNumber
                         && id.family() == Family::TimerOutput
                         && operand.immediate() == Some(id.number().into())
                 }
@@ -199,6 +200,8 @@ pub fn rehearse(
     };
     let n_ticks = u64::try_from(plan.duration.as_millis() / 10).unwrap_or(u64::MAX);
     let move_ticks = plan.move_takes.map(|d| u64::try_from(d.as_millis() / 10).unwrap_or(u64::MAX));
+    let watched: Vec<(ResourceId, bool)> =
+        plan.watched.iter().map(|&id| (id, is_bit(machine, id))).collect();
     let mut entries = script.entries.iter().peekable();
     let mut last = Row::default();
     for tick in 0..n_ticks {
@@ -219,7 +222,7 @@ pub fn rehearse(
         } else {
             machine.scan();
         }
-        bench.look(machine, tick, &plan.watched);
+        bench.look(machine, tick, &watched);
         let row = &bench.row;
         if tick == 0
             || !row.news.is_empty()
@@ -231,7 +234,7 @@ pub fn rehearse(
         bench.row.news.clear();
     }
     machine.stop();
-    bench.look(machine, n_ticks, &plan.watched);
+    bench.look(machine, n_ticks, &watched);
     bench.row.news = vec!["the end: the outputs go to their fail-safe values".to_owned()];
     show(&bench.row);
 }
@@ -291,13 +294,17 @@ impl Bench {
     }
 
     /// Takes what this tick has changed.
-    fn look(&mut self, machine: &mut Machine, tick: u64, watched: &[ResourceId]) {
+    fn look(&mut self, machine: &mut Machine, tick: u64, watched: &[(ResourceId, bool)]) {
         // Ticks are 10 ms; a quotient of whole numbers is the nearest number to it.
         self.row.t_s = tick as f64 / 100.0;
         self.row.clock = machine.clock().to_string();
         self.row.outputs = machine.outputs();
         self.row.values.clear();
-        self.row.values.extend(watched.iter().map(|&id| value(machine, id)));
+        let value = |&(id, is_bit): &(ResourceId, bool)| {
+            let byte = machine.resource(id);
+            if is_bit { byte & 1 } else { byte }
+        };
+        self.row.values.extend(watched.iter().map(value));
         let mut moves = Vec::new();
         machine.drain_moves(|goal| moves.push(goal));
         for goal in moves {
@@ -331,11 +338,19 @@ impl Bench {
     }
 }
 
-/// A boolean's present bit, or a number. Memory that may be either counts as a boolean while it holds no
-/// more than a history of ones and zeros can mean, which cannot be told: its whole byte is shown.
-fn value(machine: &Machine, id: ResourceId) -> u8 {
+/// Whether a resource is shown as one bit: a boolean, or memory that the program writes as one.
+fn is_bit(machine: &Machine, id: ResourceId) -> bool {
+    let written_as = |role| {
+        let mut operands = machine.program().functions().iter().flat_map(|f| &f.operands);
+        operands.any(|operand| operand.role == role && operand.resource() == Some(id))
+    };
     match id.value_kind() {
-        ValueKind::Boolean => machine.resource(id) & 1,
-        ValueKind::Number | ValueKind::Either => machine.resource(id),
+        ValueKind::Boolean => true,
+        ValueKind::Number => false,
+        ValueKind::Either => {
+            written_as(Role::BooleanDestination)
+                && !written_as(Role::NumberDestination)
+                && !written_as(Role::ByteDestination)
+        }
     }
 }
