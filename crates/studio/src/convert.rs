@@ -234,6 +234,7 @@ fn robot_state((id, (robot, info)): (usize, (&ViewRobot, &SceneRobot))) -> Robot
         sonar_m: ranges(&robot.sonar_m),
         bubble_m: ranges(&robot.bubble_m),
         phase: robot.phase.to_owned(),
+        task: robot.task.clone(),
         avoider: AvoiderState { state: robot.avoider_state, name: robot.avoider_name.to_owned() },
         goal: robot.goal.map(pose),
         goal_tolerance_m: info.goal_tolerance_m,

@@ -301,6 +301,8 @@ pub(crate) struct RobotState {
     pub sonar_m: Vec<f64>,
     pub bubble_m: Vec<f64>,
     pub phase: String,
+    /// What it does about its goal, or why it gave it up, in a sentence; empty without a goal.
+    pub task: String,
     pub avoider: AvoiderState,
     pub goal: Option<Pose>,
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -100,8 +100,9 @@ fn a_goal_reaches_the_robot_and_stop_stops_it() {
         let at = |i: usize| s["robots"][0]["goal"][i].as_f64().unwrap_or(9.0);
         (at(0) - 1.0).abs() < 2e-3 && (at(1) - 0.5).abs() < 2e-3
     });
+    page.state(|s| s["robots"][0]["task"].as_str().unwrap().contains("(1.0, 0.5)"));
     page.send(&json!({"type": "stop", "robot": 0}));
-    page.state(|s| s["robots"][0]["phase"] == "idle");
+    page.state(|s| s["robots"][0]["phase"] == "idle" && s["robots"][0]["task"] == "");
     page.send(&json!({"type": "stop", "robot": 7}));
     assert!(page.error().contains('7'));
 }

@@ -1,5 +1,7 @@
 // Numbers for people: fixed digits so that columns do not dance, units spelled with a thin space.
 
+import type { RobotState } from "./protocol";
+
 /** 72.34 → "1:12.3" */
 export function clock(seconds: number): string {
   const tenths = Math.max(0, Math.floor(seconds * 10 + 1e-6));
@@ -52,4 +54,10 @@ export function figure(name: string, value: number | null): { label: string; val
 export function coordinate(value_m: number): string {
   const text = value_m.toFixed(2);
   return text.startsWith("-") ? (Number(text) === 0 ? text.slice(1) : `−${text.slice(1)}`) : text;
+}
+
+/** What a robot makes of its goal; what it is busy with where it has none, or a person has the wheel. */
+export function taskWords({ phase, task = "", failure }: Pick<RobotState, "phase" | "task" | "failure">): string {
+  if (failure) return task.includes(failure) ? task : `gives up: ${failure}`;
+  return task === "" || phase === "driven by hand" ? phase : task;
 }

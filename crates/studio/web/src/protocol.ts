@@ -203,6 +203,8 @@ export interface RobotState {
   /** Limit per sonar below which the avoider takes over; empty when there is none. */
   bubble_m: number[];
   phase: string;
+  /** What it does about its goal, or why it gave it up, in a sentence; empty without a goal. */
+  task?: string;
   avoider: { state: number; name: string };
   goal: Pose | null;
   /** Allowed distance from the goal, when the server says it. */

@@ -92,6 +92,29 @@ pageTest("the goal tool sends place and heading of the drag", async ({ page, sen
   await page.waitForFunction(() => window.cairn.state().robots[0].goal !== null);
 });
 
+pageTest("what the robot makes of its goal stands at the foot of the map, and its refusal in full", async ({ page, mock }) => {
+  const foot = page.locator(".readout.task");
+  await page.getByText("assistant: idle", { exact: true }).first().waitFor();
+  await page.keyboard.press("g");
+  await page.mouse.click(...(await pageOf(page, [1.5, -0.5])));
+  await foot.getByText(/^assistant: looking for a trail to \(1\.5, -0\.5\)$/).waitFor();
+  assert.ok(!(await foot.getAttribute("class")).includes("bad"));
+  const why = "no trail leads to the goal; the nearest point of a trail is 1.7 m away from it (23 m of trails searched with 41 questions)";
+  mock.run.robot.giveUp(why);
+  await page.keyboard.press(".");
+  await foot.getByText(`assistant: gave up (1.5, -0.5): ${why}`, { exact: true }).waitFor();
+  assert.ok((await foot.getAttribute("class")).includes("bad"));
+  // Ears hear it once; the toast beside the map says it as well.
+  assert.equal(await page.locator(".visually-hidden[role=status]").getByText(`gives up: ${why}`).count(), 1);
+  await page.locator(".toast").getByText(why).waitFor();
+  for (const width of [1280, 820]) {
+    await page.setViewportSize({ width, height: 900 });
+    const [map, box, tools] = await Promise.all(["#map", ".readout.task", ".view-tools"].map((name) => page.locator(name).boundingBox()));
+    assert.ok(box.x >= map.x && box.x + box.width <= map.x + map.width && box.y + box.height <= map.y + map.height, `at ${width}: ${JSON.stringify(box)}`);
+    assert.ok(box.x + box.width <= tools.x || box.y + box.height <= tools.y || box.y >= tools.y + tools.height, `at ${width} it lies over the buttons`);
+  }
+});
+
 pageTest("dragging pans, the wheel zooms at the pointer, F fits again", async ({ page, sent }) => {
   const start = await pageOf(page, [0, 0]);
   await page.mouse.move(...start);

@@ -119,7 +119,11 @@ programTest("a goal that cannot be reached is answered at the click, with the ro
   await page.keyboard.press("g");
   // Where no trail leads.
   await page.mouse.click(...(await page.evaluate(() => window.cairn.pageOf([-5, 3]))));
-  await page.locator(".readout.phase").getByText(/^assistant: (looking for the trail|follows|gives up)/).waitFor({ timeout: 3000 });
+  const foot = page.locator(".readout.task");
+  await foot.getByText(/^assistant: looking for a trail to \(-5\.0, 3\.0\)/).waitFor({ timeout: 3000 });
+  for (let i = 0; i < 4; i += 1) await page.keyboard.press("]");
+  await foot.getByText(/^assistant: gave up \(-5\.0, 3\.0\): no trail leads to the goal; the nearest point of a trail is \d+\.\d m away/).waitFor({ timeout: VERDICT_TIMEOUT_MS });
+  assert.ok((await foot.getAttribute("class")).includes("bad"));
 });
 
 programTest("a mission of one's own is opened from the page, stays in the list, and a wrong one is told with its line", async ({ page, complaints }) => {

@@ -209,3 +209,14 @@ test("the chosen candidate stands first, then those with the nearest scores", as
   assert.deepEqual(ranked({ candidates, best: 1 }).map(([index]) => index), [1, 3, 0, 2]);
   assert.deepEqual(ranked({ candidates, best: null }).map(([index]) => index), [0, 1, 3, 2]);
 });
+
+test("a robot's task is told before its phase, its failure with the goal, and a hand at the wheel before both", async () => {
+  const { taskWords } = await load("src/format.ts");
+  const [goal, why] = ["(1.5, -0.5)", "no trail leads to the goal; the nearest point of a trail is 1.7 m away from it"];
+  assert.equal(taskWords({ phase: "idle", task: "", failure: null }), "idle");
+  assert.equal(taskWords({ phase: "idle" }), "idle", "an older program says nothing of its task");
+  assert.equal(taskWords({ phase: "following the trail", task: `on the way to ${goal}: 8.3 m to go`, failure: null }), `on the way to ${goal}: 8.3 m to go`);
+  assert.equal(taskWords({ phase: "failed", task: `gave up ${goal}: ${why}`, failure: why }), `gave up ${goal}: ${why}`);
+  assert.equal(taskWords({ phase: "idle", task: "", failure: "the link was lost" }), "gives up: the link was lost");
+  assert.equal(taskWords({ phase: "driven by hand", task: `on the way to ${goal}: 8.3 m to go`, failure: null }), "driven by hand");
+});

@@ -1,7 +1,7 @@
 // The controls around the map: tool bar with devices above, view buttons and read-out at its foot.
 
 import { h, setText } from "../dom";
-import { coordinate } from "../format";
+import { coordinate, taskWords } from "../format";
 import { icon, type IconName } from "../icons";
 import type { CrowdRobot, Device } from "../protocol";
 import type { Store } from "../state";
@@ -46,7 +46,9 @@ export class MapChrome {
   private readonly legend = h("div", { class: "legend", hidden: true });
   private readonly legendPeak = h("span");
   private readonly crowd = h("div", { class: "crowd", hidden: true });
-  private readonly phase = h("span", { class: "readout phase", role: "status", hidden: true });
+  private readonly task = h("span", { class: "readout task", hidden: true });
+  /** The same for ears: its task has figures that change several times a second. */
+  private readonly phase = h("span", { class: "visually-hidden", role: "status" });
 
   constructor(
     view: HTMLElement,
@@ -77,7 +79,7 @@ export class MapChrome {
     this.downloadsButton.setAttribute("aria-controls", "downloads-menu");
     this.legend.append(h("span", {}, "Pheromone intensity"), h("div", { class: "ramp" }), h("div", { class: "ends" }, h("span", {}, "0"), this.legendPeak));
     view.append(
-      h("div", { class: "readouts" }, h("div", { class: "readout" }, h("div", { class: "scale" }, this.scaleLabel, this.scale), this.legend, this.crowd), this.phase, this.at),
+      h("div", { class: "readouts" }, h("div", { class: "readout" }, h("div", { class: "scale" }, this.scaleLabel, this.scale), this.legend, this.crowd), this.task, this.phase, this.at),
       h("div", { class: "float view-tools", role: "toolbar", "aria-label": "View" },
         this.viewButton("minus", "Zoom out (−)", () => map.zoom(1 / 1.3)),
         this.viewButton("plus", "Zoom in (+)", () => map.zoom(1.3)),
@@ -204,9 +206,10 @@ export class MapChrome {
     // What a robot makes of an order shows at once, wherever the reader's panels are.
     const robot = state?.robots[0];
     const name = hello?.robots.find(({ id }) => id === robot?.id)?.name ?? "";
-    this.phase.hidden = !robot;
-    this.phase.classList.toggle("bad", Boolean(robot?.failure));
-    if (robot) setText(this.phase, `${name}: ${robot.failure ? `gives up, ${robot.failure}` : robot.phase}`);
+    this.task.hidden = !robot;
+    this.task.classList.toggle("bad", Boolean(robot?.failure));
+    setText(this.task, robot ? `${name}: ${taskWords(robot)}` : "");
+    setText(this.phase, robot ? `${name}: ${robot.failure ? `gives up: ${robot.failure}` : robot.phase}` : "");
     for (const device of hello?.world.devices ?? []) {
       const element = this.deviceElements.get(device.name);
       if (!element) continue;

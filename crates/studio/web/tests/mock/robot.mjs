@@ -40,6 +40,7 @@ export class Robot {
   sum_cross2 = 0;
   n_cross = 0;
   arrived = false;
+  failure = null;
 
   send(goal, isFree) {
     this.goal = goal;
@@ -48,6 +49,20 @@ export class Robot {
     this.target = null;
     this.state = 1;
     this.phase = "aim at trail";
+    this.failure = null;
+  }
+
+  giveUp(why) {
+    this.failure = why;
+    this.drive(0, 0);
+  }
+
+  /** The same in a sentence. */
+  task() {
+    if (!this.goal) return "";
+    const goal = `(${this.goal[0].toFixed(1)}, ${this.goal[1].toFixed(1)})`;
+    if (this.failure) return `gave up ${goal}: ${this.failure}`;
+    return this.phase === "aim at trail" ? `looking for a trail to ${goal}` : this.arrived ? `stands at ${goal}` : `on the way to ${goal}`;
   }
 
   /** Every 200 ms. */
@@ -63,7 +78,7 @@ export class Robot {
     this.clearance_min_m = Math.min(this.clearance_min_m, this.clearance_m);
     const speed = (this.wheels[0] + this.wheels[1]) / 2;
     this.bubble = [3, 4, 6, 8, 8, 6, 4, 3].map((gain) => Math.max(0.12, gain * speed * 0.2));
-    if (!this.goal || this.arrived) return this.rest();
+    if (!this.goal || this.arrived || this.failure) return this.rest();
     const toGoal = Math.hypot(this.goal[0] - pose[0], this.goal[1] - pose[1]);
     if (toGoal < 0.06 || this.phase === "align heading") return this.align();
     const hit = this.sonar.some((range, i) => i > 0 && i < 7 && range <= this.bubble[i]) && toGoal > 0.8;
@@ -83,7 +98,7 @@ export class Robot {
 
   rest() {
     this.state = 0;
-    this.phase = this.arrived ? "arrived" : "idle";
+    this.phase = this.failure ? "failed" : this.arrived ? "arrived" : "idle";
     this.drive(0, 0);
   }
 
@@ -167,7 +182,7 @@ export class Robot {
     const preview = this.phase === "follow trail" || this.phase === "avoid" ? Array.from({ length: 9 }, (_, k) => pointAt(this.s + 0.3 + k * 0.35)) : [];
     return {
       id: 0, truth: [...this.pose], estimate, ellipse: [2 * this.sigma, this.sigma, this.pose[2]], wheels_mps: [...this.wheels],
-      sonar_m: this.sonar, bubble_m: this.bubble, phase: this.phase, avoider: { state: this.state, name: NAMES[this.state] },
+      sonar_m: this.sonar, bubble_m: this.bubble, phase: this.phase, task: this.task(), failure: this.failure, avoider: { state: this.state, name: NAMES[this.state] },
       goal: this.goal, target: this.target, preview_m: preview, intensities: this.intensities(), cross_track_m: this.isFree ? null : this.cross,
       stalled: false, touching: this.clearance_m <= 0, clearance_m: this.clearance_m, battery_v: 12.6 - this.path_m * 0.01,
     };
