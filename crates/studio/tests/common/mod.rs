@@ -5,7 +5,7 @@
 pub(crate) mod mapping;
 
 use std::{
-    io::{Read, Write},
+    io::{ErrorKind, Read, Write},
     net::{SocketAddr, TcpStream},
     path::{Path, PathBuf},
     sync::mpsc,
@@ -152,9 +152,19 @@ impl Page {
         }
     }
 
-    /// Whether the studio ends the connection.
+    /// Whether the studio ends the connection; silence and an answer do not count as that.
     pub(crate) fn is_shown_out(&mut self) -> bool {
-        (0..N_MESSAGES_MAX).any(|_| self.socket.read().is_err())
+        let ends = (0..N_MESSAGES_MAX).find_map(|_| match self.socket.read() {
+            Ok(Message::Text(text)) if text.contains(r#""type":"error""#) => Some(false),
+            Ok(_) => None,
+            Err(tungstenite::Error::Io(error)) => {
+                let is_silence =
+                    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut);
+                Some(!is_silence)
+            }
+            Err(_) => Some(true),
+        });
+        ends.unwrap_or(false)
     }
 
     /// Reads on to a message of this type that `wanted` accepts.
