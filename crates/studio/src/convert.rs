@@ -262,6 +262,12 @@ fn decision(decision: &ViewDecision, edges: Vec<Edge>) -> DecisionState {
         resources: decision.resources.iter().cloned().collect(),
         timers: decision.timers.iter().map(timer).collect(),
         run: decision.run,
+        drives_outputs: decision.drives_outputs,
+        fault: decision.fault,
+        clock: decision.clock.clone(),
+        n_watchdog_resets: decision.n_watchdog_resets,
+        n_events: decision.n_events,
+        last_move: decision.last_move,
         edges,
     }
 }

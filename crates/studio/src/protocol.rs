@@ -348,6 +348,16 @@ pub(crate) struct DecisionState {
     pub resources: std::collections::BTreeMap<String, u8>,
     pub timers: Vec<TimerState>,
     pub run: bool,
+    /// False while the outputs have their fail-safe values.
+    pub drives_outputs: bool,
+    /// Code of the error that the program stands on.
+    pub fault: Option<&'static str>,
+    /// What the node's clock shows: `2026-03-01 07:30:00.00`.
+    pub clock: String,
+    pub n_watchdog_resets: u64,
+    pub n_events: u64,
+    /// Number of the last MOVE, 0 before the first, and what became of it.
+    pub last_move: (u64, &'static str),
     pub edges: Vec<Edge>,
 }
 

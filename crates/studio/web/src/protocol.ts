@@ -236,6 +236,17 @@ export interface DecisionState {
   resources: Record<string, number>;
   timers: { index: number; remaining_s: number; total_s: number; on: boolean }[];
   run: boolean;
+  /** False while the outputs have their fail-safe values. */
+  drives_outputs?: boolean;
+  /** Code of the error that the program stands on. */
+  fault?: string | null;
+  /** What the node's clock shows: "2026-03-01 07:30:00.00". */
+  clock?: string;
+  n_watchdog_resets?: number;
+  /** Entries that EVENT wrote into the log. */
+  n_events?: number;
+  /** Number of the last MOVE, 0 before the first, and what became of it. */
+  last_move?: [number: number, state: "idle" | "busy" | "done" | "failed"];
   /**
    * Optional: [t_s, resource, high], the latest changes of boolean resources, oldest first; a change is
    * told in several states, in case one is missed. Without it pulses shorter than the time between two

@@ -123,3 +123,21 @@ for (const viewport of [{ width: 820, height: 1180 }, { width: 820, height: 600 
     for (const [width, height] of plots) assert.ok(width >= 200 && height >= 80, `a plot of ${width} by ${height}`);
   }, { context: { viewport } });
 }
+
+pageTest("a log that was hidden opens at its newest entry, and stays where a reader scrolled", async ({ page, mock }) => {
+  const log = page.locator(".log");
+  const toEnd_px = () => log.evaluate((list) => list.scrollHeight - list.clientHeight - list.scrollTop);
+  const say = async (text) => {
+    for (let i = 0; i < 60; i += 1) mock.run.say("info", `${text} ${i}`);
+    await page.keyboard.press(".");
+    await log.getByText(`${text} 59`).waitFor({ state: "attached" });
+  };
+  await page.getByRole("tab", { name: "Plots" }).click();
+  await say("hidden");
+  await page.getByRole("tab", { name: "Figures & log" }).click();
+  await eventually("the end of the log", async () => (await toEnd_px()) < 2);
+  await log.evaluate((list) => (list.scrollTop = 100));
+  await page.waitForTimeout(100);
+  await say("read");
+  assert.equal(await log.evaluate((list) => list.scrollTop), 100);
+});

@@ -126,6 +126,17 @@ programTest("a goal that cannot be reached is answered at the click, with the ro
   assert.ok((await foot.getAttribute("class")).includes("bad"));
 });
 
+programTest("the decision node shows its clock, its events, a stop with fail-safe outputs and a restart by the watchdog", async ({ page, complaints }) => {
+  const node = page.locator(".program-node");
+  await node.getByText(/^2026-03-01 2[12]:\d\d:\d\d$/).waitFor();
+  await ensure(page, true);
+  await node.getByText("stopped; outputs at their fail-safe values", { exact: true }).waitFor();
+  assert.ok(await page.evaluate(() => window.cairn.state().devices.find(({ name }) => name === "alarm").on), "the alarm burns without the program");
+  await node.getByText(/^\d events?, 1 watchdog restart$/).waitFor();
+  assert.ok(await page.getByRole("button", { name: "Stop the robot" }).isDisabled(), "there is no robot");
+  assert.deepEqual(complaints, []);
+}, { args: ["run", "night-watch"] });
+
 programTest("a mission of one's own is opened from the page, stays in the list, and a wrong one is told with its line", async ({ page, complaints }) => {
   const own = (key) => Buffer.from(`[mission]\nname = "mine"\ntitle = "My empty floor"\n${key} = 9.0\n[world]\nbounds_m = [-2.0, -2.0, 2.0, 2.0]\n[[robots]]\nname = "robot"\n[robots.navigator]\nroute = "direct"\n`);
   await page.locator("#mission-file").setInputFiles({ name: "mine.toml", mimeType: "text/plain", buffer: own("duration_max_s") });

@@ -79,13 +79,13 @@ export class MapChrome {
     this.downloadsButton.setAttribute("aria-controls", "downloads-menu");
     this.legend.append(h("span", {}, "Pheromone intensity"), h("div", { class: "ramp" }), h("div", { class: "ends" }, h("span", {}, "0"), this.legendPeak));
     view.append(
-      h("div", { class: "readouts" }, h("div", { class: "readout" }, h("div", { class: "scale" }, this.scaleLabel, this.scale), this.legend, this.crowd), this.task, this.phase, this.at),
+      h("div", { class: "readouts" }, h("div", { class: "readout" }, h("div", { class: "scale" }, this.scaleLabel, this.scale), this.legend, this.crowd), this.task, this.phase, this.emptyWorld, this.at),
       h("div", { class: "float view-tools", role: "toolbar", "aria-label": "View" },
         this.viewButton("minus", "Zoom out (−)", () => map.zoom(1 / 1.3)),
         this.viewButton("plus", "Zoom in (+)", () => map.zoom(1.3)),
         this.viewButton("fit", "Fit the house (F)", () => map.fit()),
         this.followButton, this.layersButton, this.downloadsButton),
-      this.layers, this.actions.downloads, this.hint, this.emptyWorld,
+      this.layers, this.actions.downloads, this.hint,
     );
     this.actions.downloads.addEventListener("click", (event) => {
       if (event.target instanceof Element && event.target.closest("button")) this.toggleDownloads();
@@ -168,7 +168,7 @@ export class MapChrome {
   private refreshEmptyWorld(): void {
     const hello = this.store.hello;
     const { walls, points, things } = hello?.world ?? { walls: [], points: [], things: [] };
-    this.emptyWorld.hidden = !hello || walls.length + points.length + things.length > 0;
+    this.emptyWorld.hidden = !hello || Boolean(hello.pheromones) || walls.length + points.length + things.length > 0;
     const noRobot = (hello?.robots.length ?? 0) === 0;
     const words = this.emptyWorld.lastElementChild;
     if (words) setText(words, noRobot ? "This mission has no walls, no furniture and no robot: only its devices and its program run." : "This mission has no walls and no furniture. Put boxes down, or send the robot somewhere.");
@@ -218,8 +218,9 @@ export class MapChrome {
       if (element instanceof HTMLButtonElement) element.disabled = !canIntervene;
       else element.setAttribute("aria-label", `${device.label}: ${on ? "on" : "off"}`);
     }
-    this.stop.disabled = !canIntervene;
-    for (const [name, button] of this.toolButtons) button.disabled = name !== "select" && !canIntervene;
+    const canSteer = canIntervene && (hello?.robots.length ?? 0) > 0;
+    this.stop.disabled = !canSteer;
+    for (const [name, button] of this.toolButtons) button.disabled = name !== "select" && !(name === "goal" || name === "drive" ? canSteer : canIntervene);
   }
 
   private refreshLegend(): void {

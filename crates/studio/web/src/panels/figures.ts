@@ -20,6 +20,8 @@ export class FiguresPanel {
   private readonly cells = new Map<string, { value: HTMLElement; unit: HTMLElement }>();
   private readonly log = h("ol", { class: "log", role: "log", "aria-label": "Events", tabindex: 0 });
   private readonly emptyLog = emptyState("Nothing has happened yet", "Press Play; what matters is written down here.");
+  /** Whether the newest entry is kept in sight; not while somebody reads further up. */
+  private isFollowing = true;
   private alarm = h("p", { class: "alarm", role: "status" });
 
   constructor(private readonly store: Store) {
@@ -27,6 +29,9 @@ export class FiguresPanel {
       h("section", { class: "figures-side", "aria-label": "Figures" }, h("h3", {}, "Run"), this.figures, h("h3", {}, "Robot"), this.robot, this.alarm),
       h("section", { class: "log-side", "aria-label": "Log" }, this.log, this.emptyLog),
     );
+    this.log.addEventListener("scroll", () => (this.isFollowing = this.log.scrollTop + this.log.clientHeight >= this.log.scrollHeight - 30));
+    // It grows while another tab hides it, too.
+    new ResizeObserver(() => this.follow()).observe(this.log);
     store.on("state", () => this.onState());
     store.on("log", (items) => this.append(items));
     store.on("reset", () => {
@@ -36,6 +41,7 @@ export class FiguresPanel {
       this.cells.clear();
       setText(this.alarm, "");
       this.emptyLog.hidden = false;
+      this.isFollowing = true;
     });
   }
 
@@ -74,13 +80,16 @@ export class FiguresPanel {
   }
 
   private append(items: readonly LogItem[]): void {
-    const atEnd = this.log.scrollTop + this.log.clientHeight >= this.log.scrollHeight - 30;
     this.emptyLog.hidden = true;
     for (const { t_s, level, text } of items) {
       const name = LEVEL_ICONS[level];
       this.log.append(h("li", { class: level }, h("time", {}, clock(t_s)), h("span", { class: "mark" }, name ? icon(name) : null), h("span", {}, h("span", { class: "visually-hidden" }, LEVEL_WORDS[level]), text)));
     }
     while (this.log.children.length > 500) this.log.firstElementChild?.remove();
-    if (atEnd) this.log.scrollTop = this.log.scrollHeight;
+    this.follow();
+  }
+
+  private follow(): void {
+    if (this.isFollowing) this.log.scrollTop = this.log.scrollHeight;
   }
 }

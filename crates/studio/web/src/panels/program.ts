@@ -21,6 +21,11 @@ export class ProgramPanel {
   private flashed: number[] = [];
   private readonly timers = h("div", { class: "timers", role: "group", "aria-label": "Timers" });
   private readonly timerRows = new Map<number, { row: HTMLElement; bar: HTMLElement; text: HTMLElement }>();
+  private readonly clock = h("span", { class: "number", title: "The clock of the decision node" });
+  private readonly move = h("span", { class: "move" });
+  private readonly counts = h("span");
+  private readonly trouble = h("span", { class: "trouble", role: "status" });
+  private readonly node = h("div", { class: "program-node", role: "group", "aria-label": "Decision node" }, this.clock, this.move, this.counts, this.trouble);
   private readonly foot = h("div", { class: "program-foot" });
   private readonly scans = h("span", { class: "number" });
   private readonly tip = h("div", { class: "tip", role: "tooltip", id: "operand-tip", hidden: true });
@@ -61,7 +66,7 @@ export class ProgramPanel {
     const key = h("div", { class: "key", "aria-hidden": "true" },
       ...(["high", "low", "rising", "falling"] as const).map((kind) => h("span", { class: `operand operand-${kind}` }, { high: "on", low: "off", rising: "rise", falling: "fall" }[kind])));
     this.foot.replaceChildren(key, h("span", { class: "mode" }, `${program.mode} mode`), this.scans);
-    this.element.replaceChildren(holder, this.timers, this.foot, this.tip);
+    this.element.replaceChildren(holder, this.timers, this.node, this.foot, this.tip);
     this.refresh();
   }
 
@@ -77,7 +82,8 @@ export class ProgramPanel {
     this.refreshLights(decision);
     if (!this.view) return;
     this.refreshTimers(decision);
-    setText(this.scans, !decision ? "" : decision.run ? `${decision.scans.toLocaleString("en")} scans` : "stopped");
+    this.refreshNode(decision);
+    setText(this.scans, decision ? counted(decision.scans, "scan") : "");
     if (this.tipped) this.fillTip(this.tipped);
   }
 
@@ -110,6 +116,20 @@ export class ProgramPanel {
       const digits = total_s < 1 ? 2 : 1;
       setText(parts.text, `${remaining_s.toFixed(digits)} / ${total_s.toFixed(digits)} s`);
     }
+  }
+
+  /** What the program cannot say itself: its clock, its last MOVE, and whether its outputs are its own. */
+  private refreshNode(decision: DecisionState | null): void {
+    this.node.hidden = !decision;
+    if (!decision) return;
+    const { clock = "", last_move: [number, became] = [0, "idle"], n_events = 0, n_watchdog_resets = 0 } = decision;
+    // Hundredths would only flicker.
+    setText(this.clock, clock.replace(/\.\d+$/, ""));
+    setText(this.move, number > 0 ? `MOVE ${number}: ${became}` : "no MOVE yet");
+    this.move.dataset["became"] = number > 0 ? became : "idle";
+    const counts = [n_events > 0 ? counted(n_events, "event") : "", n_watchdog_resets > 0 ? counted(n_watchdog_resets, "watchdog restart") : ""];
+    setText(this.counts, counts.filter((text) => text !== "").join(", "));
+    setText(this.trouble, troubleWords(decision));
   }
 
   /** The program's log says when a MOVE left: a pulse shorter than a picture still flashes. */
@@ -164,4 +184,14 @@ export class ProgramPanel {
     const device = this.store.hello?.world.devices.find(({ input, output }) => (isOutput ? output : input) === number);
     return device ? `${isOutput ? "drives" : "from"}: ${device.label}` : "";
   }
+}
+
+function counted(n: number, what: string): string {
+  return `${n.toLocaleString("en")} ${what}${n === 1 ? "" : "s"}`;
+}
+
+export function troubleWords({ fault, run, drives_outputs = true }: Pick<DecisionState, "fault" | "run" | "drives_outputs">): string {
+  const outputs = drives_outputs ? "" : "outputs at their fail-safe values";
+  const stands = fault ? `stands on error ${fault}` : run ? "" : "stopped";
+  return [stands, outputs].filter((text) => text !== "").join("; ");
 }
