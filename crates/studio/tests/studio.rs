@@ -144,6 +144,15 @@ fn a_bad_message_is_answered_and_the_connection_stays() {
     page.pause();
 }
 
+/// The page's messages are short; what is longer is not even taken in.
+#[test]
+fn a_page_that_sends_too_much_is_shown_out() {
+    let studio = Studio::of("doorbell", 1.0);
+    let mut page = studio.page();
+    page.send_text(&" ".repeat(1024 * 1024));
+    assert!(page.is_shown_out());
+}
+
 #[test]
 fn foreign_origins_and_hosts_are_turned_away() {
     let studio = Studio::of("decision-rig", 1.0);
