@@ -130,6 +130,10 @@ pub struct NavigatorSettings {
     /// Whether to turn in place towards the trail before driving off on it, and where it leads far
     /// to the side; otherwise the law of the trail does all turning, as in the thesis's experiment 7.4.
     pub turn_first: bool,
+    /// Whether a trail is driven as fast as it allows: slower before bends and the goal, and with wider sets of
+    /// law `fuzzy` above 0.3 m/s. Otherwise the law is as printed and the speed constant, as in the thesis's
+    /// experiment 7.4; what avoidance allows still counts.
+    pub fit_to_speed: bool,
     /// How long to wait before an obstacle for it to go away, seconds, from 0 to 60. The thesis
     /// does not wait: 0.
     pub wait_s: f64,
@@ -278,6 +282,7 @@ impl Default for NavigatorSettings {
             acceleration_mps2: 0.3,
             speed_max_mps: 2.2,
             turn_first: true,
+            fit_to_speed: true,
             wait_s: 2.5,
             near_m: 0.25,
             detour_m: 1.2,

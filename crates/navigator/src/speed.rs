@@ -120,6 +120,9 @@ impl Navigator {
     pub(crate) fn trail_speed_mps(&self, now: Stamp) -> f64 {
         let settings = &self.config.settings;
         let mut speed_mps = self.way_speed_mps(now);
+        if !settings.fit_to_speed {
+            return speed_mps;
+        }
         if let Some(bend_m) = self.first_bend_m() {
             let gone_m =
                 self.speed_mps().max(0.0) * (self.report_age_s(now) + self.command_delay_s());
@@ -140,8 +143,12 @@ impl Navigator {
         speed_mps.max(0.08_f64.min(settings.speed_mps))
     }
 
-    /// The measured speed as a part of the one that the laws of trails were tuned at, or of a lower cruising speed.
+    /// The measured speed as a part of the one that the laws of trails were tuned at, or of a lower cruising speed;
+    /// 1 for a law as printed.
     pub(crate) fn trail_pace(&self) -> f64 {
+        if !self.config.settings.fit_to_speed {
+            return 1.0;
+        }
         self.speed_mps() / self.config.settings.speed_mps.min(CAREFUL_MPS)
     }
 

@@ -77,9 +77,14 @@ fn settings(sweep: &Sweep) -> Result<Vec<Setting>, ExperimentError> {
                             )));
                         }
                         let five_sets = n_sets == 5;
-                        let setting =
-                            Setting { acceleration_mps2, speed_mps, period_ms, sigma_m, five_sets };
-                        settings.push(setting);
+                        settings.push(Setting {
+                            acceleration_mps2,
+                            speed_mps,
+                            period_ms,
+                            sigma_m,
+                            five_sets,
+                            ..usual
+                        });
                     }
                 }
             }

@@ -559,6 +559,9 @@ pub struct NavigatorFile {
     pub acceleration_mps2: f64,
     /// Whether it turns in place towards the trail before it drives off, and at sharp corners.
     pub turn_first: bool,
+    /// Whether on a trail it slows down for bends and the goal, and widens the sets of `fuzzy` above 0.3 m/s; otherwise
+    /// the law is as printed and the speed constant, as in the thesis.
+    pub fit_to_speed: bool,
     /// How long it waits for an obstacle to go away, s; 0: not at all.
     pub wait_s: f64,
     /// How much of the way that its scout found it shows ahead, m; 0: it follows its antennas alone, also at junctions.
@@ -588,6 +591,7 @@ impl Default for NavigatorFile {
             control_period_ms: 200,
             acceleration_mps2: 0.3,
             turn_first: true,
+            fit_to_speed: true,
             wait_s: 2.5,
             preview_m: 4.0,
             approach_m: 0.7,

@@ -285,6 +285,7 @@ fn navigator(key: &str, robot: &RobotFile, model: &RobotModel) -> Checked<Naviga
         control_period_s: f64::from(file.control_period_ms) * 1e-3,
         acceleration_mps2: acceleration_mps2(key, file)?,
         turn_first: file.turn_first,
+        fit_to_speed: file.fit_to_speed,
         wait_s: range(at("wait_s"), file.wait_s, 0.0..=60.0, "from 0 to 60 s")?,
         preview_m: range(at("preview_m"), file.preview_m, 0.0..=20.0, "from 0 to 20 m")?,
         approach_m: range(at("approach_m"), file.approach_m, 0.1..=5.0, "from 0.1 to 5 m")?,
