@@ -45,6 +45,8 @@ pub(super) struct Judge {
 struct Item {
     requirement: Requirement,
     state: State,
+    /// Distance (m) and turn (rad) from the goal when it was reached: the robot may have gone on since.
+    reached: Option<(f64, f64)>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,7 +58,8 @@ enum State {
 
 impl Judge {
     pub(super) fn new(requirements: &[Requirement]) -> Self {
-        let item = |r: &Requirement| Item { requirement: r.clone(), state: State::Open };
+        let item =
+            |r: &Requirement| Item { requirement: r.clone(), state: State::Open, reached: None };
         Self { items: requirements.iter().map(item).collect(), aftermath: 0 }
     }
 
@@ -69,6 +72,7 @@ impl Judge {
             n_events += 1;
             if item.state == State::Open && happened {
                 item.state = State::Done(facts.now);
+                item.reached = item.lone_error(facts);
             } else if item.state == State::Open && facts.now >= by {
                 item.state = State::Missed;
             }
@@ -107,6 +111,17 @@ impl Item {
             Requirement::SwitchedOn { device, by } => {
                 Some((facts.devices.first_on(*device).is_some_and(|t| t <= *by), *by))
             }
+            _ => None,
+        }
+    }
+
+    /// How far the one robot of an arrival is from its goal (m) and turned from it (rad); nothing for groups.
+    fn lone_error(&self, facts: &Facts<'_>) -> Option<(f64, f64)> {
+        match &self.requirement {
+            Requirement::Arrived { robots, pose, .. } => match robots[..] {
+                [robot] => Some(error(robot, *pose, facts)),
+                _ => None,
+            },
             _ => None,
         }
     }
@@ -258,7 +273,7 @@ impl Item {
             }
             return text;
         };
-        let (distance_m, turn_rad) = error(robot, pose, facts);
+        let (distance_m, turn_rad) = self.reached.unwrap_or_else(|| error(robot, pose, facts));
         let vehicle = &facts.vehicles[robot];
         let said = match (self.state, vehicle.failure()) {
             (State::Done(t), _) => format!("at {t}"),
