@@ -240,15 +240,19 @@ pub enum GoalNews {
 /// has forgotten its goal is found out, and a silent one is given up. Reports about other goals than
 /// the last are not believed. Restarts, sonar requests and link tests are repeated until answered, at
 /// most [`GroundLinkConfig::n_tries`] times. Stop is sent twice at once, as in the thesis, and then four
-/// times a second until it is answered, however long that takes. A newer order replaces one that is
-/// still unanswered.
+/// times a second until it is answered, however long that takes; only a goal, a target or a restart ends
+/// it before. A newer order replaces one that is still unanswered, and a newer question (sonar, link
+/// test) the question before, but no question replaces an order.
 #[derive(Clone, Debug)]
 pub struct GroundStation {
     config: GroundLinkConfig,
     receiver: Receiver,
     last_number: u8,
     goal: Option<OpenGoal>,
-    unanswered: Option<Unanswered>,
+    /// A stop, restart or target that waits for its answer.
+    order: Option<Unanswered>,
+    /// A sonar request or link test that does.
+    question: Option<Unanswered>,
     n_bad: u64,
 }
 
@@ -271,6 +275,32 @@ struct Unanswered {
     n_sent: u32,
 }
 
+impl Unanswered {
+    /// Says it again when it is time; `None` when it is given up, which a stop never is.
+    fn repeated(
+        mut self,
+        now: Stamp,
+        config: &GroundLinkConfig,
+        events: &mut Vec<GroundStationEvent>,
+        out: &mut Vec<u8>,
+    ) -> Option<Self> {
+        let is_stop = self.order == ToVehicle::Stop;
+        let period = if is_stop { STOP_PERIOD } else { config.retry_period };
+        if now.since(self.sent) < period {
+            return Some(self);
+        }
+        if self.n_sent == config.n_tries {
+            events.push(GroundStationEvent::Unanswered(self.order));
+            if !is_stop {
+                return None;
+            }
+        }
+        (self.sent, self.n_sent) = (now, self.n_sent.saturating_add(1));
+        self.order.encode(config.byte_order, config.framing, out);
+        Some(self)
+    }
+}
+
 impl GroundStation {
     /// A station that has said nothing yet. Its first goal has number 1.
     pub fn new(config: GroundLinkConfig) -> Self {
@@ -281,7 +311,7 @@ impl GroundStation {
     /// a vehicle that was not switched off does not take it for one that it has had.
     pub fn going_on_after(last_number: u8, config: GroundLinkConfig) -> Self {
         let receiver = Receiver::default();
-        Self { config, receiver, last_number, goal: None, unanswered: None, n_bad: 0 }
+        Self { config, receiver, last_number, goal: None, order: None, question: None, n_bad: 0 }
     }
 
     /// Sends a goal, in millimetres and degrees of the map, and gives its number. It replaces the goal
@@ -297,7 +327,7 @@ impl GroundStation {
         self.last_number = number;
         let order = ToVehicle::GoTo { number, x_mm, y_mm, heading_deg };
         self.say(order, out);
-        self.unanswered = None;
+        self.order = None;
         self.goal = Some(OpenGoal { number, order, is_acknowledged: false, sent: now, n_sent: 1 });
         number
     }
@@ -305,20 +335,20 @@ impl GroundStation {
     /// Sends an order as it is. Goals go by [`GroundStation::go_to`], which numbers and watches them.
     pub fn send(&mut self, now: Stamp, order: ToVehicle, out: &mut Vec<u8>) {
         self.say(order, out);
-        let n_sent = match order {
-            ToVehicle::GoTo { .. } | ToVehicle::Ask { .. } => return,
+        let unanswered = Unanswered { order, sent: now, n_sent: 1 };
+        match order {
+            ToVehicle::GoTo { .. } | ToVehicle::Ask { .. } => {}
             ToVehicle::Stop => {
                 self.say(order, out);
                 self.goal = None;
-                2
+                self.order = Some(Unanswered { n_sent: 2, ..unanswered });
             }
             ToVehicle::Restart | ToVehicle::Target { .. } => {
                 self.goal = None;
-                1
+                self.order = Some(unanswered);
             }
-            ToVehicle::ReportSonar | ToVehicle::LinkTest => 1,
-        };
-        self.unanswered = Some(Unanswered { order, sent: now, n_sent });
+            ToVehicle::ReportSonar | ToVehicle::LinkTest => self.question = Some(unanswered),
+        }
     }
 
     /// Takes received bytes; repeats what is unanswered when it is time.
@@ -333,7 +363,9 @@ impl GroundStation {
             let Some(payload) = self.receiver.push(byte) else { continue };
             match ToGround::decode(payload, self.config.byte_order) {
                 Ok(message) => {
-                    self.unanswered = self.unanswered.filter(|u| !answers(message, u.order));
+                    for waiting in [&mut self.order, &mut self.question] {
+                        *waiting = waiting.filter(|u| !answers(message, u.order));
+                    }
                     events.push(GroundStationEvent::Heard(message));
                     self.hear_of_goal(message, events);
                 }
@@ -341,7 +373,9 @@ impl GroundStation {
             }
         }
         self.watch_goal(now, events, out);
-        self.repeat_order(now, events, out);
+        for waiting in [&mut self.order, &mut self.question] {
+            *waiting = waiting.and_then(|u| u.repeated(now, &self.config, events, out));
+        }
     }
 
     /// Takes what a message says about the last goal.
@@ -386,38 +420,14 @@ impl GroundStation {
         self.goal = Some(goal);
     }
 
-    fn repeat_order(
-        &mut self,
-        now: Stamp,
-        events: &mut Vec<GroundStationEvent>,
-        out: &mut Vec<u8>,
-    ) {
-        let Some(unanswered) = &mut self.unanswered else { return };
-        let is_stop = unanswered.order == ToVehicle::Stop;
-        let period = if is_stop { STOP_PERIOD } else { self.config.retry_period };
-        if now.since(unanswered.sent) < period {
-            return;
-        }
-        if unanswered.n_sent == self.config.n_tries {
-            events.push(GroundStationEvent::Unanswered(unanswered.order));
-            if !is_stop {
-                self.unanswered = None;
-                return;
-            }
-        }
-        unanswered.sent = now;
-        unanswered.n_sent = unanswered.n_sent.saturating_add(1);
-        unanswered.order.encode(self.config.byte_order, self.config.framing, out);
-    }
-
     /// Number of the goal whose end is not known yet.
     pub fn open_goal(&self) -> Option<u8> {
         self.goal.map(|goal| goal.number)
     }
 
-    /// The order without a goal that waits for its answer.
+    /// The order without a goal that waits for its answer; when there is none, the question that does.
     pub fn unanswered(&self) -> Option<ToVehicle> {
-        self.unanswered.map(|unanswered| unanswered.order)
+        self.order.or(self.question).map(|unanswered| unanswered.order)
     }
 
     /// Frames whose payload made no sense.

@@ -9,6 +9,7 @@
 mod build;
 mod devices;
 mod direct;
+mod direct_ground;
 mod ground;
 mod hand;
 mod judge;

@@ -59,6 +59,29 @@ fn after_it_was_told_to_stand_a_run_takes_no_more_orders() {
     assert!(fastest_wheel_mps(&run) < 1e-9);
 }
 
+/// The order is on the line, or not yet sent, when the halt comes; later it arrives, or is repeated.
+#[test]
+fn an_order_under_way_at_the_halt_does_not_set_the_robot_off_again() {
+    for (latency_ms, steps_between) in [(400, 0), (400, 1), (400, 30), (400, 60), (5, 1)] {
+        let settings =
+            ["decision.link.kind=memory", &format!("decision.link.latency_ms={latency_ms}")];
+        let mut run = start("doorbell", &settings);
+        let pass = |run: &mut Run, n_steps: u64| (0..n_steps).for_each(|_| run.step());
+        pass(&mut run, 100);
+        let goal_in_map = geometry::Se2::new(1.0, 0.5, 0.0);
+        run.apply(Intervention::SendGoal { robot: 0, goal_in_map }).unwrap();
+        pass(&mut run, steps_between);
+        run.apply(Intervention::Halt).unwrap();
+        // Braking from whatever speed it had.
+        pass(&mut run, 200);
+        for _ in 0..1000 {
+            run.step();
+            let wheel_mps = fastest_wheel_mps(&run);
+            assert!(wheel_mps < 1e-9, "{latency_ms} ms, {steps_between} steps: {wheel_mps} m/s");
+        }
+    }
+}
+
 #[test]
 fn a_robot_that_is_led_by_hand_is_let_go() {
     let mut run = start("artemic-e3", &[]);

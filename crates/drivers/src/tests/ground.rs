@@ -231,13 +231,47 @@ fn an_order_nobody_answers_is_given_up() {
     // Five times 15 bytes: header 4, nine of payload of which none is a DLE, end 2. Then stop, twice
     // 7 bytes: a vehicle that hears and cannot be heard should not drive on.
     assert_eq!(bench.link.counters(End::A).n_sent, 5 * 15 + 2 * 7);
-    // Only a newer order ends the stops.
+    // A question that nobody answers either does not end the stops; a goal does.
     bench.pass_ms(10_000);
     assert_eq!(bench.station.unanswered(), Some(ToVehicle::Stop));
     bench.order(ToVehicle::LinkTest);
     bench.pass_ms(5100);
     let last = bench.events.last();
     assert_eq!(last, Some(&GroundStationEvent::Unanswered(ToVehicle::LinkTest)));
+    assert_eq!(bench.station.unanswered(), Some(ToVehicle::Stop));
+    bench.go_to(GOAL);
+    assert_eq!(bench.station.unanswered(), None);
+}
+
+#[test]
+fn a_question_ends_no_order_that_waits_and_a_newer_order_does() {
+    let target = ToVehicle::Target { x_mm: 1000, y_mm: 0 };
+    for order in [ToVehicle::Stop, ToVehicle::Restart, target] {
+        for question in [ToVehicle::LinkTest, ToVehicle::ReportSonar] {
+            let mut bench = Bench::new(&LinkConfig::default(), 1);
+            bench.link.set_cut(End::A, true);
+            bench.order(order);
+            bench.pass_ms(100);
+            bench.order(question);
+            bench.pass_ms(1000);
+            bench.link.set_cut(End::A, false);
+            bench.pass_ms(1200);
+            let seen = bench.orders_seen();
+            let came = seen.iter().any(|seen| match order {
+                ToVehicle::Stop => *seen == GroundCommand::Stop,
+                ToVehicle::Restart => *seen == GroundCommand::Restart,
+                _ => matches!(seen, GroundCommand::GoTo { .. }),
+            });
+            assert!(came, "{order:?}, then {question:?}: {seen:?}");
+        }
+        let mut bench = Bench::new(&LinkConfig::default(), 1);
+        bench.link.set_cut(End::A, true);
+        bench.order(ToVehicle::Stop);
+        if order != ToVehicle::Stop {
+            bench.order(order);
+        }
+        assert_eq!(bench.station.unanswered(), Some(order), "the newest");
+    }
 }
 
 #[test]

@@ -15,7 +15,7 @@ use wire::{
     link::{End, Link},
 };
 
-use super::{direct::DirectRobot, tap::Tap};
+use super::{direct::DirectRobot, direct_ground::DirectGround, tap::Tap};
 use crate::{
     cut::{Cuts, Direction},
     transport::{Transport, TransportError},
@@ -379,7 +379,7 @@ pub(super) struct WiredGround {
 #[derive(Debug)]
 pub(super) enum GroundLine {
     Wired(Box<WiredGround>),
-    Direct(Cuts),
+    Direct(DirectGround),
 }
 
 /// What the ground knows of the last goal that it sent a robot to, from the robot's reports.
@@ -407,10 +407,8 @@ impl GroundLine {
         trace: Option<(&mut Tap, &mut Packets)>,
     ) {
         match self {
-            Self::Direct(cuts) => {
-                if let Some(order) = order
-                    && !cuts.back
-                {
+            Self::Direct(ground) => {
+                if let Some(order) = ground.step(now, order, telemetry) {
                     let value = Sensed::Ground(match order {
                         GroundOrder::GoTo(pose) => {
                             GroundCommand::GoTo { goal_in_map: Transform2::new(pose) }
@@ -458,11 +456,10 @@ impl GroundLine {
         scratch: &mut Scratch,
     ) {
         match self {
-            Self::Direct(Cuts { away: true, .. }) => {}
-            Self::Direct(_) => match command {
-                Command::Report(Report::Arrived) => telemetry.end(Telemetry::Arrived),
+            Self::Direct(ground) => match command {
+                Command::Report(Report::Arrived) => ground.report(Telemetry::Arrived, telemetry),
                 Command::Report(Report::Failed(reason)) => {
-                    telemetry.end(Telemetry::Failed(reason.as_str()));
+                    ground.report(Telemetry::Failed(reason.as_str()), telemetry);
                 }
                 _ => {}
             },
@@ -478,7 +475,7 @@ impl GroundLine {
     pub(super) fn set_cut(&mut self, direction: Direction, cut: bool) {
         match self {
             Self::Wired(wired) => cut_link(&mut wired.link, direction, cut),
-            Self::Direct(cuts) => cuts.set(direction, cut),
+            Self::Direct(ground) => ground.set_cut(direction, cut),
         }
     }
 
@@ -491,6 +488,9 @@ impl GroundLine {
 }
 
 impl Telemetry {
+    /// The robot has not answered for as long as the ground waits.
+    pub(super) const SILENT: Self = Self::Failed("the robot does not answer the ground");
+
     fn hear(&mut self, event: GroundStationEvent) {
         // The station lets through only what is about its last goal.
         let GroundStationEvent::Goal { news, .. } = event else { return };
@@ -499,12 +499,12 @@ impl Telemetry {
             GoalNews::Arrived => self.end(Self::Arrived),
             GoalNews::Failed(code) => self.end(Self::Failed(failure_text(code))),
             GoalNews::Forgotten => self.end(Self::Failed("the robot does not know of it any more")),
-            GoalNews::Silent => self.end(Self::Failed("the robot does not answer the ground")),
+            GoalNews::Silent => self.end(Self::SILENT),
         }
     }
 
     /// The end of the goal that is under way; without one there is nothing to end.
-    fn end(&mut self, end: Self) {
+    pub(super) fn end(&mut self, end: Self) {
         if *self == Self::UnderWay {
             *self = end;
         }

@@ -22,6 +22,7 @@ pub(super) use super::lines::GroundOrder;
 use super::{
     RunError,
     direct::DirectRobot,
+    direct_ground::DirectGround,
     hand::Hand,
     lines::{
         GroundLine, Packets, RemoteRobot, RobotLine, Scratch, ServerLine, Telemetry, WiredGround,
@@ -187,10 +188,11 @@ impl Vehicle {
         self.hand.feel(now, wheels);
     }
 
-    /// Ends its task for good: its mind stops it at the next step and obeys nobody any more.
+    /// Ends its task for good: its mind stops it at the next step and obeys nobody any more. The ground is told to
+    /// send a stop, so that it repeats no goal; one that is still on its way to the robot is not obeyed.
     pub(super) fn halt(&mut self) {
         self.halts = Halt::Due;
-        self.order = None;
+        self.order = Some(GroundOrder::Stop);
         self.order_under_way = false;
         self.hand.let_go();
         if let Some(person) = self.teleoperator.as_mut().filter(|person| !person.has_driven_all()) {
@@ -288,6 +290,9 @@ impl Vehicle {
         server.observe(now, field, scratch, server_tap);
         let order = self.order.take();
         ground.observe(now, order, &mut self.telemetry, scratch, ground_tap);
+        if self.halts != Halt::No {
+            scratch.observations.retain(|seen| !matches!(seen.value, Sensed::Ground(_)));
+        }
         if self.halts == Halt::Due && is_busy(self.navigator.phase()) {
             let value = Sensed::Ground(GroundCommand::Stop);
             scratch.observations.push(Observation { about: now, value });
@@ -297,6 +302,9 @@ impl Vehicle {
             person.step(now, world.body(body).world_from_base.se2(), commands);
         }
         self.hand.step(now, commands);
+        if self.halts != Halt::No {
+            commands.retain(|c| !matches!(c, Command::Drive(_) | Command::TurnTo { .. }));
+        }
         if self.halts == Halt::Due {
             self.halts = Halt::Done;
             commands.push(Command::Stop);
@@ -647,9 +655,12 @@ fn ground_line(
     plan: &RobotPlan,
     seed: RunSeed,
 ) -> Result<GroundLine, String> {
-    let LinkPlan::Memory(config) = link else { return Ok(GroundLine::Direct(Cuts::default())) };
-    let rng = seed.stream(&format!("link/{}/ground", plan.name));
     let mut timing = GroundLinkConfig::default();
+    let LinkPlan::Memory(config) = link else {
+        let within = answer_within.unwrap_or(timing.retry_period * timing.n_tries);
+        return Ok(GroundLine::Direct(DirectGround::new(within)));
+    };
+    let rng = seed.stream(&format!("link/{}/ground", plan.name));
     if let Some(within) = answer_within {
         timing.retry_period = within / timing.n_tries;
     }
