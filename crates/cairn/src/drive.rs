@@ -6,7 +6,7 @@
 mod keys;
 mod script;
 
-use std::{fmt::Write as _, path::PathBuf, process::ExitCode, time::Instant};
+use std::{fmt::Write as _, io::Write as _, path::PathBuf, process::ExitCode, time::Instant};
 
 use anyhow::{Context, bail, ensure};
 use files::{Kind, Outputs};
@@ -16,6 +16,7 @@ use serde_json::json;
 
 use crate::{
     given,
+    interrupt::{self, Interrupt},
     output::{Format, say},
     parse,
     run::wait_for_tick,
@@ -39,7 +40,8 @@ const STANDING_MPS: f64 = 0.005;
 #[command(after_help = "Keys, held:\n  \
     W or up forwards, S or down backwards, A or left and D or right turn, Q and E arcs; + and - change the pace;\n  \
     Space stops, Esc or X ends\n\n\
-    Released keys stop the robot within 0.8 s, in terminals that report releases within 0.3 s; so does a closed terminal.\n\n\
+    Released keys stop the robot within 0.8 s, in terminals that report releases within 0.3 s; so does a closed terminal.\n\
+    Ctrl-C, a request to terminate and a closed terminal leave the robot standing and the recording whole (exit code 130).\n\n\
     A script has one piece a line: seconds, m/s, rad/s (counter-clockwise), and # before remarks.\n\n\
     Examples:\n  cairn drive doorbell\n  \
     cairn drive one-obstacle --piece 2,0.3,0 --piece 1.5,0.2,0.8\n  \
@@ -107,6 +109,7 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(path) = &args.record {
         outputs.check(path, Kind::RECORDING)?;
     }
+    let interrupt = Interrupt::listen()?;
     let run = Run::new(mission, seed)?;
     let robot = index_of(&run, args.robot.as_deref())?;
     let begin = |path: &PathBuf| Recorder::create(path, &run, &outputs);
@@ -118,17 +121,25 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
         pace: (is_elsewhere || script.is_none()).then(Instant::now),
         is_elsewhere,
         is_quiet: args.format == Format::Json,
+        interrupt,
     };
     car.wait_for_answer()?;
-    match script {
-        Some(script) => car.by_script(script)?,
-        None => car.by_keys()?,
-    }
-    car.stand()?;
+    let driven = match script {
+        Some(script) => car.by_script(script),
+        None => car.by_keys(),
+    };
+    // Whatever ended it: the robot stands first, and what was recorded is whole.
+    let stood = car.stand();
+    let recorded = car.recorder.take().map(|recorder| recorder.finish(&car.run)).transpose();
+    driven.and(stood)?;
+    let recorded = recorded?;
     car.tell_end(args.format);
-    if let Some(recorder) = car.recorder.take() {
-        let path = recorder.finish(&car.run)?;
+    if let Some(path) = recorded {
         car.say(format_args!("Recorded in {}", path.display()));
+    }
+    if car.interrupt.happened() {
+        interrupt::tell("interrupted; the drive ends here");
+        return Ok(ExitCode::from(interrupt::EXIT_CODE));
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -186,12 +197,15 @@ struct Car {
     pace: Option<Instant>,
     is_elsewhere: bool,
     is_quiet: bool,
+    /// Whoever wants the drive to end before its time.
+    interrupt: Interrupt,
 }
 
 impl Car {
     fn say(&self, text: std::fmt::Arguments<'_>) {
         if !self.is_quiet {
-            say!("{text}");
+            // Nobody may read any more: no reason to leave the robot on its way.
+            let _unread = writeln!(std::io::stdout(), "{text}");
         }
     }
 
@@ -222,9 +236,9 @@ impl Car {
         Ok(self.run.apply(Intervention::Drive { robot, speed_mps, turn_rate_radps })?)
     }
 
-    /// Until the robot has reported once; commands before that would be lost.
+    /// Until the robot has reported once, commands before that would be lost; or until somebody interrupts.
     fn wait_for_answer(&mut self) -> anyhow::Result<()> {
-        while self.view().robots[self.robot].battery_v.is_none() {
+        while self.view().robots[self.robot].battery_v.is_none() && !self.interrupt.happened() {
             if self.run.now().as_secs_f64() > ANSWER_PATIENCE_S {
                 bail!(
                     "the robot did not answer within {ANSWER_PATIENCE_S} s: is it switched on, is nobody else \
@@ -240,15 +254,17 @@ impl Car {
         let limits = self.run.scene().robots.swap_remove(self.robot);
         let most = [limits.hand_speed_max_mps, limits.hand_turn_rate_max_radps];
         // Where time is real, a script that has nothing to say for a while leaves the robot standing.
-        loop {
+        while !self.interrupt.happened() {
             let Piece { line, seconds, speed_mps, turn_rate_radps } =
                 match script.next(self.pace.is_none())? {
                     Next::Piece(piece) => piece,
                     Next::Nothing => {
-                        self.step()?;
+                        if self.pace.is_some() {
+                            self.step()?;
+                        }
                         continue;
                     }
-                    Next::End => return Ok(()),
+                    Next::End => break,
                 };
             if speed_mps.abs() > most[0] || turn_rate_radps.abs() > most[1] {
                 self.say(format_args!(
@@ -259,12 +275,16 @@ impl Car {
             // A number of steps that a cast cannot lose: the script's seconds are bounded.
             let n_steps = (seconds * 100.0).round() as u64;
             for step in 0..n_steps {
+                if self.interrupt.happened() {
+                    break;
+                }
                 if step % STEPS_PER_RENEWAL == 0 {
                     self.drive(speed_mps, turn_rate_radps)?;
                 }
                 self.step()?;
             }
         }
+        Ok(())
     }
 
     fn by_keys(&mut self) -> anyhow::Result<()> {
@@ -275,7 +295,7 @@ impl Car {
         ));
         let mut keys = Keys::open()?;
         let mut was_moving = false;
-        while keys.read(Instant::now())? {
+        while !self.interrupt.happened() && keys.read(Instant::now())? {
             let (forwards, left) = keys.wanted(Instant::now());
             let moves = forwards != 0.0 || left != 0.0;
             let steps = self.run.steps();

@@ -6,6 +6,7 @@ use missions::{Divergence, Replay, ReplayReport};
 use serde_json::json;
 use studio::{Options, Show};
 
+use crate::interrupt::Interrupt;
 use crate::output::{self, Format, say};
 use crate::parse;
 
@@ -54,10 +55,13 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let options = Options { port: args.port, speed_ratio: args.speed };
     let name = args.recording.display().to_string();
-    studio::serve(Show::Replay(args.recording.clone()), options, |address| {
+    let interrupt = Interrupt::listen()?;
+    let on_ready = |address| {
         say!("Replay of {name}");
         say!("The studio is at http://{address} — open it in a browser; Ctrl-C ends it.");
-    })?;
+    };
+    let show = Show::Replay(args.recording.clone());
+    studio::serve_until(show, options, on_ready, interrupt.wait())?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -168,7 +168,7 @@ fn headless(
         }
     }
     if summary.verdict.is_none() {
-        eprintln!("cairn: interrupted before there was a verdict");
+        interrupt::tell("interrupted before there was a verdict");
         return Ok(ExitCode::from(interrupt::EXIT_CODE));
     }
     let passed = summary.verdict.is_some_and(|verdict| verdict.passed);
@@ -212,14 +212,13 @@ fn in_studio(
 ) -> anyhow::Result<ExitCode> {
     let title = mission.title().to_owned();
     let show = Show::Mission { mission: Box::new(mission), seed, record };
-    studio::serve(show, options, |address| {
+    let interrupt = Interrupt::listen()?;
+    let on_ready = |address| {
         say!("{title} (seed {})", seed.0);
         say!("The studio is at http://{address} — open it in a browser; Ctrl-C ends it.");
-    })
-    .map(|recordings| {
-        for path in recordings {
-            say!("Recorded in {}", path.display());
-        }
-        ExitCode::SUCCESS
-    })
+    };
+    for path in studio::serve_until(show, options, on_ready, interrupt.wait())? {
+        say!("Recorded in {}", path.display());
+    }
+    Ok(ExitCode::SUCCESS)
 }

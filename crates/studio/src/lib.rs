@@ -1,8 +1,8 @@
 //! The studio: a run in the browser, and the browser's hand on the run; and maps as they grow from recordings.
 //!
-//! [`serve`] steps a mission on a thread of its own and shows it on this computer only. What the page
+//! [`serve_until`] steps a mission on a thread of its own and shows it on this computer only. What the page
 //! asks for becomes an [`missions::Intervention`], which is recorded; the studio writes nothing else
-//! into a run. Beside it is the mapping page, which plays recordings into surveys; [`serve_survey`] shows it alone,
+//! into a run. Beside it is the mapping page, which plays recordings into surveys; [`serve_survey_until`] shows it alone,
 //! with a recording. `web/` holds the pages; their built bundles are embedded.
 #![expect(
     clippy::disallowed_methods,
@@ -54,27 +54,13 @@ pub struct Options {
     pub speed_ratio: f64,
 }
 
-/// Serves `show` until the program is interrupted (Ctrl-C, or a request to terminate); calls `on_ready`
-/// with the address once the page can be opened. Gives back the paths of what
-/// was recorded, one for each restart.
+/// Serves `show` until `stop` is ready; calls `on_ready` with the address once the page can be opened. Then every
+/// robot is told to stand, and waited for. Gives back the paths of what was recorded, one for each restart.
 ///
 /// # Errors
 ///
 /// When no port is free, the show cannot be started, a recording could not be written to its end, or the runtime
 /// cannot be made.
-pub fn serve(
-    show: Show,
-    options: Options,
-    on_ready: impl FnOnce(SocketAddr),
-) -> anyhow::Result<Vec<PathBuf>> {
-    serve_until(show, options, on_ready, interrupted())
-}
-
-/// As [`serve`], until `stop` is ready.
-///
-/// # Errors
-///
-/// As [`serve`].
 pub fn serve_until(
     show: Show,
     options: Options,
@@ -91,25 +77,12 @@ pub fn serve_until(
     house.serve(mission, (mapping, player), on_ready, stop)
 }
 
-/// Serves the mapping page until the program is interrupted, with a recording to begin with or without; calls
-/// `on_ready` with the address once the page can be opened. The port is chosen as in [`Options`].
+/// Serves the mapping page until `stop` is ready, with a recording to begin with or without; calls `on_ready` with
+/// the address once the page can be opened. The port is chosen as in [`Options`].
 ///
 /// # Errors
 ///
 /// When no port is free or the runtime cannot be made. A recording that cannot be mapped is told on the page.
-pub fn serve_survey(
-    exhibit: Option<Exhibit>,
-    port: Option<u16>,
-    on_ready: impl FnOnce(SocketAddr),
-) -> anyhow::Result<()> {
-    serve_survey_until(exhibit, port, on_ready, interrupted())
-}
-
-/// As [`serve_survey`], until `stop` is ready.
-///
-/// # Errors
-///
-/// As [`serve_survey`].
 pub fn serve_survey_until(
     exhibit: Option<Exhibit>,
     port: Option<u16>,
@@ -190,29 +163,6 @@ fn spawn<T: Send + 'static>(
         .name(name.to_owned())
         .spawn(move || work(&|| stopping.load(Ordering::Relaxed)))
         .with_context(|| format!("cannot start the thread `{name}`"))
-}
-
-/// Ready when the program is asked to end. Where that cannot be known, the system ends it.
-async fn interrupted() {
-    let ctrl_c = async {
-        if tokio::signal::ctrl_c().await.is_err() {
-            std::future::pending::<()>().await;
-        }
-    };
-    #[cfg(unix)]
-    let terminated = async {
-        use tokio::signal::unix::{SignalKind, signal};
-        match signal(SignalKind::terminate()) {
-            Ok(mut signal) => drop(signal.recv().await),
-            Err(_) => std::future::pending::<()>().await,
-        }
-    };
-    #[cfg(not(unix))]
-    let terminated = std::future::pending::<()>();
-    tokio::select! {
-        () = ctrl_c => {}
-        () = terminated => {}
-    }
 }
 
 /// Takes a port of this computer.

@@ -4,12 +4,15 @@ use std::{
     fs::File,
     io::{BufRead, BufReader, Read as _},
     sync::mpsc,
+    time::Duration,
 };
 
 use anyhow::{Context, anyhow, ensure};
 
 /// Longest script, bytes.
 const BYTES_MAX: u64 = 1 << 20;
+/// How long is waited for a line at a time.
+const PATIENCE: Duration = Duration::from_millis(50);
 /// Lines that may wait.
 const N_WAITING: usize = 64;
 
@@ -27,7 +30,7 @@ pub(super) struct Piece {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Next {
     Piece(Piece),
-    /// Nothing at the moment; does not happen to whoever waits.
+    /// Nothing at the moment; whoever waits has waited for a moment.
     Nothing,
     End,
 }
@@ -57,11 +60,16 @@ impl Script {
         std::thread::Builder::new()
             .name("script".to_owned())
             .spawn(move || {
-                let mut left = BufReader::new(source).take(BYTES_MAX);
+                // A byte more shows that there is more than that.
+                let mut left = BufReader::new(source).take(BYTES_MAX + 1);
                 for line in 1.. {
                     let mut text = String::new();
                     let piece = match left.read_line(&mut text) {
                         Ok(0) => break,
+                        Ok(_) if left.limit() == 0 => Some(Err(anyhow!(
+                            "{shown}:{line}: the script of a drive is at most {BYTES_MAX} bytes: give the rest \
+                             to another drive"
+                        ))),
                         Ok(_) => piece(&shown, line, &text).transpose(),
                         Err(error) => Some(Err(anyhow!("{shown}:{line}: cannot be read: {error}"))),
                     };
@@ -88,10 +96,13 @@ impl Script {
         Ok(Self { pieces: receive })
     }
 
-    /// What comes next.
+    /// What comes next, waited for or not.
     pub(super) fn next(&mut self, waits: bool) -> anyhow::Result<Next> {
         let next = if waits {
-            self.pieces.recv().map_err(|_end| mpsc::TryRecvError::Disconnected)
+            self.pieces.recv_timeout(PATIENCE).map_err(|none| match none {
+                mpsc::RecvTimeoutError::Timeout => mpsc::TryRecvError::Empty,
+                mpsc::RecvTimeoutError::Disconnected => mpsc::TryRecvError::Disconnected,
+            })
         } else {
             self.pieces.try_recv()
         };

@@ -6,7 +6,7 @@ use studio::Exhibit;
 use surveys::SurveyConfig;
 
 use super::{Args, inputs::Inputs};
-use crate::output::say;
+use crate::{interrupt::Interrupt, output::say};
 
 /// Shows how the map of a recording grows, or the page without one, until the program is interrupted.
 pub(super) fn main(
@@ -23,8 +23,10 @@ pub(super) fn main(
         }
         None => None,
     };
-    studio::serve_survey(exhibit, args.port, |address| {
+    let interrupt = Interrupt::listen()?;
+    let on_ready = |address| {
         say!("The mapping page is at http://{address}; Ctrl-C ends it.");
-    })?;
+    };
+    studio::serve_survey_until(exhibit, args.port, on_ready, interrupt.wait())?;
     Ok(ExitCode::SUCCESS)
 }
