@@ -33,6 +33,7 @@ const ABOVE: [&str; 13] = [
 fn main() {
     let here = PathBuf::from(env::var("CARGO_MANIFEST_DIR").unwrap());
     let crates = here.parent().unwrap();
+    let root = crates.parent().unwrap();
     let mut sources = Vec::new();
     for entry in fs::read_dir(crates).unwrap().map(Result::unwrap) {
         let name = entry.file_name();
@@ -47,13 +48,14 @@ fn main() {
             }
         }
     }
-    let lock = crates.parent().unwrap().join("Cargo.lock");
+    let lock = root.join("Cargo.lock");
     println!("cargo::rerun-if-changed={}", lock.display());
     sources.push(lock);
     sources.sort();
     let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
     for path in &sources {
-        hash.absorb(path.strip_prefix(crates).unwrap_or(path).to_string_lossy().as_bytes());
+        // Where the sources lie makes no other build.
+        hash.absorb(path.strip_prefix(root).unwrap().to_string_lossy().as_bytes());
         hash.absorb(&fs::read(path).unwrap_or_default());
     }
     let compiler = Command::new(env::var("RUSTC").unwrap()).arg("-V").output();

@@ -51,7 +51,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "DEVICE", conflicts_with = "listen")]
     serial: Option<String>,
     /// Speed of the serial line, bits per second
-    #[arg(long, value_name = "BITS", default_value_t = 9600)]
+    #[arg(long, value_name = "BITS", default_value_t = 9600, requires = "serial")]
     baud: u32,
     /// How often the traffic is shown while there is any, seconds from 0.1 to 3600; 0: only when a
     /// client leaves

@@ -3,7 +3,8 @@
 mod bench;
 
 use std::{
-    fs,
+    fs::{self, File},
+    io::{Read as _, Seek as _, SeekFrom},
     path::{Path, PathBuf},
     process::ExitCode,
 };
@@ -25,8 +26,8 @@ use crate::{
     after_help = "Examples:\n  cairn rdpl doorbell.src\n  cairn rdpl doorbell.src --check --format json\n  \
     cairn rdpl doorbell.src --check --gates doorbell.svg\n  \
     cairn rdpl doorbell.src --run 20 --input \"2 I0=1; 2.5 I0=0\" --points done=4 --move-takes 10\n\n\
-    What is there already is replaced only with --force, and only when its listing says that it was compiled\n\
-    from the same source; the source itself never is.\n\n\
+    What is there already is replaced only with --force, and only when a listing beside it says that it was\n\
+    compiled from the same source (its last line, relative to the listing); the source itself never is.\n\n\
     Exit code 0: no errors (there may be warnings); 1: errors, and no image of this source is left; 2: a file\n\
     cannot be read or written. `cairn explain CODE` says more about a problem."
 )]
@@ -37,7 +38,7 @@ pub(crate) struct Args {
     #[arg(long)]
     check: bool,
     /// Where the image (.bin) and the listing (.lst) go; beside the source unless given
-    #[arg(short, long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR", conflicts_with_all = ["check", "run"])]
     output: Option<PathBuf>,
     /// Replaces the image, the listing and the drawing of an earlier version
     #[arg(long)]
@@ -68,8 +69,14 @@ enum ModeArg {
 pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     let path = source_path(&args.source);
     refuse_foreign(&path)?;
+    if args.force && args.gates.is_none() && (args.check || args.bench.run.is_some()) {
+        bail!("nothing is written here that --force could replace; leave it out");
+    }
     let outputs = Outputs::new(args.force).keeping([&path]);
     let is_rehearsal = args.bench.run.is_some();
+    if given::is_stdin(&path) && !args.check && !is_rehearsal {
+        bail!("standard input has no name that image and listing could have: --check or --run it");
+    }
     let targets = (!args.check && !is_rehearsal).then(|| Targets::of(args, &path));
     refuse(args, targets.as_ref(), &path, &outputs)?;
     let mode = match args.mode {
@@ -166,31 +173,61 @@ fn refuse(
     }
     wanted.extend(args.gates.as_deref().map(|path| (path, Kind::SVG)));
     outputs.check_all(&wanted)?;
-    if let Some(Targets { listing, .. }) = targets
-        && let Some(other) = compiled_from(listing)
-        && other != file_name(source)
-    {
-        bail!(
-            "{} is of another program, {other}, and is not replaced; choose another folder with -o, or another \
-             name for {}",
-            listing.display(),
-            source.display()
-        );
-    }
-    Ok(())
+    let Some(Targets { image, listing }) = targets else { return Ok(()) };
+    let Some(there) = [image, listing].into_iter().find(|path| holds_something(path)) else {
+        return Ok(());
+    };
+    let whose = match compiled_from(listing) {
+        Some(own) if own == source_name(listing, source) => return Ok(()),
+        Some(other) => format!("is of another program, {other},"),
+        None => "may be of another program, as no listing beside it names its source,".to_owned(),
+    };
+    bail!(
+        "{} {whose} and is not replaced; choose another folder with -o, or another name for {}, or remove it",
+        there.display(),
+        source.display()
+    );
 }
 
-/// The last line of a listing: whose it is.
+/// Whether something other than an empty file is there.
+fn holds_something(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|found| !found.is_file() || found.len() > 0)
+}
+
+/// The last line of a listing: whose it is, the path from the listing's folder to the source.
 const SOURCE: &str = "Source: ";
 
-/// The source that a listing says it was compiled from.
+/// Bytes of a listing's end in which its last line is looked for: more than a path may have.
+const LAST_LINE_BYTES_MAX: u64 = 16 << 10;
+
+/// The source that a listing says it was compiled from; of the listing, whatever its size, only the end is read.
 fn compiled_from(listing: &Path) -> Option<String> {
-    let text = fs::read_to_string(listing).ok()?;
-    Some(text.lines().next_back()?.strip_prefix(SOURCE)?.to_owned())
+    let mut file = File::open(listing).ok().filter(|f| f.metadata().is_ok_and(|m| m.is_file()))?;
+    let size = file.metadata().ok()?.len();
+    file.seek(SeekFrom::Start(size.saturating_sub(LAST_LINE_BYTES_MAX))).ok()?;
+    let mut end = Vec::new();
+    file.take(LAST_LINE_BYTES_MAX).read_to_end(&mut end).ok()?;
+    let end = String::from_utf8_lossy(&end);
+    Some(end.lines().next_back()?.strip_prefix(SOURCE)?.to_owned())
 }
 
-fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+/// A source as its listing names it: by the path from the listing's folder, links resolved, so that a project may be
+/// moved as a whole and two sources of one name are still two.
+fn source_name(listing: &Path, source: &Path) -> String {
+    let folder = listing.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = fs::canonicalize(folder.unwrap_or(Path::new(".")));
+    let (Ok(folder), Ok(source)) = (folder, fs::canonicalize(source)) else {
+        return source.to_string_lossy().into_owned();
+    };
+    let n_shared = folder.components().zip(source.components()).take_while(|(a, b)| a == b).count();
+    if n_shared == 0 {
+        // On another drive.
+        return source.to_string_lossy().into_owned();
+    }
+    let up = folder.components().skip(n_shared).map(|_| "..".into());
+    let down = source.components().skip(n_shared);
+    let down = down.map(|part| part.as_os_str().to_string_lossy());
+    up.chain(down).collect::<Vec<std::borrow::Cow<'_, str>>>().join("/")
 }
 
 /// Writes listing and image; a listing alone when there are errors, and then no image of an earlier version of this
@@ -201,23 +238,19 @@ fn write_compiled(
     source: &Path,
     outputs: &Outputs,
 ) -> anyhow::Result<()> {
-    let is_own = compiled_from(listing).is_some();
-    let text = format!("{}\n{SOURCE}{}\n", compilation.listing().trim_end(), file_name(source));
+    let name = source_name(listing, source);
+    let text = format!("{}\n{SOURCE}{name}\n", compilation.listing().trim_end());
     outputs.write(listing, Kind::LISTING, text.as_bytes())?;
     match &compilation.program {
         Some(program) => outputs.write(image, Kind::IMAGE, program.image())?,
-        None if is_own => outputs.remove(image, Kind::IMAGE)?,
-        None if image.exists() => eprintln!(
-            "cairn: {} is not of this source, as far as can be seen: it is left as it was",
-            image.display()
-        ),
-        None => {}
+        // What is there is of an earlier version of this source, or nothing was compiled.
+        None => outputs.remove(image, Kind::IMAGE)?,
     }
     Ok(())
 }
 
 fn source_path(given: &Path) -> PathBuf {
-    if given.extension().is_none() && !given.exists() {
+    if !given::is_stdin(given) && given.extension().is_none() && !given.exists() {
         let rdpl = given.with_extension("rdpl");
         if rdpl.exists() { rdpl } else { given.with_extension("src") }
     } else {

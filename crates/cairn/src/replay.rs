@@ -17,7 +17,7 @@ use crate::parse;
     cairn replay out.mcap --headless --set robots.navigator.speed_mps=0.2\n\n\
     Headless, exit code 0 means that every step had the recorded state and the file is whole or ends where its\n\
     program was killed; 1 that a step differed, or that the file is damaged; 2 that nothing can be replayed.\n\
-    With --set the run goes on to a verdict of its own: exit code 0 when it is passed, 1 when it is failed."
+    With --set the run goes on to a verdict of its own, without the order to stand that ended the recorded one: exit code 0 when it is passed, 1 when it is failed."
 )]
 pub(crate) struct Args {
     /// The recording
@@ -93,6 +93,7 @@ fn headless(mut replay: Replay, format: Format, is_changed: bool) -> ExitCode {
             object["interventions_repeated"] = json!(report.interventions_repeated);
             object["interventions_refused"] = json!(report.interventions_refused);
             object["interventions_left"] = json!(report.interventions_left);
+            object["interventions_not_repeated"] = json!(report.interventions_not_repeated);
             say!("{object}");
         }
     }
@@ -150,10 +151,13 @@ fn changed(report: &ReplayReport) -> String {
         None => "These settings changed nothing in the steps that were recorded.".to_owned(),
     };
     let (repeated, left) = (report.interventions_repeated, report.interventions_left);
-    let n = repeated + left + report.interventions_refused.len() as u64;
+    let left_out = report.interventions_not_repeated;
+    let n = repeated + left + left_out + report.interventions_refused.len() as u64;
     let of = (n > 0).then(|| format!("Of {n} recorded interventions {repeated} were repeated."));
     let refused = report.interventions_refused.iter().map(|refused| format!("Refused: {refused}"));
     let left = (left > 0).then(|| format!("The run ended before {left} of them."));
-    let lines: Vec<String> = std::iter::once(first).chain(of).chain(refused).chain(left).collect();
-    lines.join("\n")
+    let halt = (left_out > 0)
+        .then(|| "Not repeated: the order to stand with which the recorded run ended.".to_owned());
+    let lines = std::iter::once(first).chain(of).chain(refused).chain(halt).chain(left);
+    lines.collect::<Vec<String>>().join("\n")
 }

@@ -57,7 +57,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "DEVICE", conflicts_with_all = ["listen", "robots"])]
     serial: Option<String>,
     /// Speed of the serial line, bits per second
-    #[arg(long, value_name = "BITS", default_value_t = 9600)]
+    #[arg(long, value_name = "BITS", default_value_t = 9600, requires = "serial")]
     baud: u32,
     /// Where it stands: x and y in metres, heading in degrees; else the map's RobotHome, else the
     /// start of the mission's first robot, else the middle of the world. Once for each robot; those

@@ -204,6 +204,20 @@ fn a_disk_that_fills_up_ends_a_recorded_run() {
     assert!(!place.path("none.mcap.part").exists());
 }
 
+/// What a mission from standard input names is an input as well.
+#[test]
+fn a_mission_from_standard_input_keeps_its_files() {
+    let place = Place::new();
+    fs::copy(support::shipped("doorbell.rdpl"), place.path("doorbell.rdpl")).unwrap();
+    let mission = fs::read_to_string(support::shipped("doorbell.toml")).unwrap();
+    let program = place.read("doorbell.rdpl");
+    for force in ["", " --force"] {
+        let command = format!("run - --headless --record doorbell.rdpl{force}");
+        place.piped(&command, &mission).refused(2, &["is read by this command"]);
+    }
+    assert_eq!(place.read("doorbell.rdpl"), program);
+}
+
 /// Two runs cannot record under one name, and what a killed one left is kept.
 #[cfg(unix)]
 #[test]

@@ -38,19 +38,64 @@ fn an_error_removes_the_outdated_image() {
 fn the_results_of_another_program_stay() {
     let place = Place::new();
     place.write("lamp.src", RIGHT);
-    place.write("lamp.txt", WRONG);
+    place.write("lamp.rdpl", WRONG);
     place.cairn("rdpl lamp.src").fine();
     let all = || (fs::read(place.path("lamp.bin")).unwrap(), place.read("lamp.lst"));
     let before = all();
-    place.cairn("rdpl lamp.txt").refused(2, &["lamp.bin", "exists already"]);
-    place.cairn("rdpl lamp.txt --force").refused(2, &["lamp.src", "another program", "-o"]);
+    place.cairn("rdpl lamp.rdpl").refused(2, &["lamp.bin", "exists already"]);
+    place.cairn("rdpl lamp.rdpl --force").refused(2, &["lamp.src", "another program", "-o"]);
     assert_eq!(all(), before);
-    // Without its listing nobody knows whose it is: an error does not remove it.
+    // A listing that does not say whose it is, and none at all.
+    let without = before.1.lines().filter(|line| !line.starts_with("Source: "));
+    let without: String = without.map(|line| format!("{line}\n")).collect();
+    place.write("lamp.lst", &without);
+    place
+        .cairn("rdpl lamp.src --force")
+        .refused(2, &["lamp.bin", "no listing", "names its source"]);
+    assert_eq!(all(), (before.0.clone(), without));
     fs::remove_file(place.path("lamp.lst")).unwrap();
-    let forced = place.cairn("rdpl lamp.txt --force");
-    forced.refused(1, &["lamp.bin is not of this source", "left as it was"]);
-    assert_eq!(all().0, before.0);
-    place.cairn("rdpl lamp.src --force").refused(2, &["lamp.txt", "another program"]);
+    for source in ["lamp.src", "lamp.rdpl"] {
+        let forced = place.cairn(&format!("rdpl {source} --force"));
+        forced.refused(2, &["lamp.bin", "no listing", "remove it"]);
+        assert_eq!(fs::read(place.path("lamp.bin")).unwrap(), before.0);
+        assert!(!place.path("lamp.lst").exists());
+    }
+}
+
+/// One name in two folders is two programs; which one a listing is of does not depend on how the path is spelt.
+#[test]
+fn programs_of_one_name_in_two_folders_do_not_replace_each_other() {
+    let place = Place::new();
+    for folder in ["a", "b", "out"] {
+        fs::create_dir(place.path(folder)).unwrap();
+    }
+    place.write("a/x.rdpl", RIGHT);
+    place.write("b/x.rdpl", "OR O1,I0,I2,0L,0L\n");
+    place.cairn("rdpl a/x.rdpl -o out").fine();
+    assert!(place.read("out/x.lst").ends_with("\nSource: ../a/x.rdpl\n"));
+    let before = (fs::read(place.path("out/x.bin")).unwrap(), place.read("out/x.lst"));
+    place.cairn("rdpl b/x.rdpl -o out --force").refused(2, &["../a/x.rdpl", "another program"]);
+    assert_eq!((fs::read(place.path("out/x.bin")).unwrap(), place.read("out/x.lst")), before);
+    place.cairn("rdpl ./b/../a/x.rdpl -o a/../out --force").fine();
+    place.cairn("rdpl b/x.rdpl").fine();
+    assert!(place.read("b/x.lst").ends_with("\nSource: x.rdpl\n"));
+    place.cairn("rdpl b/x.rdpl --force").fine();
+}
+
+#[test]
+fn options_that_would_do_nothing_are_refused() {
+    let place = Place::new();
+    place.write("lamp.src", RIGHT);
+    for with in ["--check", "--run 1"] {
+        place.cairn(&format!("rdpl lamp.src {with} -o .")).refused(2, &["cannot be used with"]);
+        place.cairn(&format!("rdpl lamp.src {with} --force")).refused(2, &["--force", "leave it"]);
+        place.cairn(&format!("rdpl lamp.src {with} --force --gates lamp.svg")).fine();
+    }
+    place.piped("rdpl - --check", RIGHT).fine();
+    place.piped("rdpl -", RIGHT).refused(2, &["standard input", "--check"]);
+    for command in ["robot pioneer3dx --world doorbell", "pheromone-server trail.txt"] {
+        place.cairn(&format!("{command} --baud 9600")).refused(2, &["--serial"]);
+    }
 }
 
 #[test]

@@ -50,16 +50,15 @@ impl Kind {
         },
     };
     /// A table (CSV).
-    pub const CSV: Self = Self {
-        name: "a table (CSV)",
-        example: "out.csv",
-        recognises: |b| first_line(b).is_some_and(|line| line.contains(',') || !line.contains(' ')),
-    };
+    pub const CSV: Self = Self { name: "a table (CSV)", example: "out.csv", recognises: is_table };
     /// One JSON object, or one a line.
     pub const JSON: Self = Self {
         name: "JSON",
         example: "out.json",
-        recognises: |b| b.trim_ascii().starts_with(b"{"),
+        recognises: |b| {
+            let inside = b.trim_ascii_start().strip_prefix(b"{").map(<[u8]>::trim_ascii_start);
+            inside.is_some_and(|rest| rest.starts_with(b"\"") || rest.starts_with(b"}"))
+        },
     };
     /// A grey picture.
     pub const PGM: Self = Self {
@@ -79,14 +78,17 @@ impl Kind {
         example: "map.yaml",
         recognises: |b| text(b).is_some_and(|t| t.contains("image:")),
     };
-    /// A trajectory: lines of numbers.
+    /// A trajectory: lines of eight numbers.
     pub const TRAJECTORY: Self = Self {
         name: "a trajectory (TUM)",
         example: "trajectory.tum",
         recognises: |b| {
-            first_line(b).is_some_and(|l| {
-                l.starts_with(|c: char| c == '#' || c == '-' || c.is_ascii_digit())
-            })
+            let is_pose = |line: &str| {
+                let is_number = |word: &str| word.parse::<f64>().is_ok();
+                line.split_whitespace().filter(|word| is_number(word)).count() == 8
+                    && line.split_whitespace().count() == 8
+            };
+            text(b).is_some_and(|t| t.lines().find(|l| !l.starts_with('#')).is_some_and(is_pose))
         },
     };
     /// Settings of a survey.
@@ -99,7 +101,11 @@ impl Kind {
     pub const MARKDOWN: Self = Self {
         name: "a report (Markdown)",
         example: "report.md",
-        recognises: |b| first_line(b).is_some_and(|line| line.starts_with('#')),
+        recognises: |b| {
+            let mut lines = text(b).unwrap_or_default().lines();
+            lines.next().is_some_and(|line| line.starts_with("# "))
+                && lines.all(|line| !line.starts_with(['[', ';']))
+        },
     };
 
     /// What it is called, with its article.
@@ -132,6 +138,29 @@ fn text(bytes: &[u8]) -> Option<&str> {
     (!whole.contains('\0')).then_some(whole)
 }
 
-fn first_line(bytes: &[u8]) -> Option<&str> {
-    text(bytes)?.lines().next()
+/// Whether bytes begin with two lines or more of the same number of cells, at least two. Neither a key with a list
+/// (`a = [1, 2]`) nor a head of a section (`[a]`) is a line of cells.
+fn is_table(bytes: &[u8]) -> bool {
+    let Some(text) = text(bytes) else { return false };
+    let mut lines = text.split_inclusive('\n');
+    let Some(head) = lines.next() else { return false };
+    let n = n_cells(head);
+    let is_setting = head.starts_with('[') || head.contains("= [") || head.contains("=[");
+    // The second line may be cut off, or hold a line's end in a cell.
+    let second = lines.next().filter(|line| line.ends_with('\n') && !line.contains('"'));
+    n >= 2 && !is_setting && second.is_none_or(|line| n_cells(line) == n)
+}
+
+/// Cells of a line, with commas between quotation marks not counted.
+fn n_cells(line: &str) -> usize {
+    let mut is_quoted = false;
+    let mut n = 1;
+    for letter in line.chars() {
+        match letter {
+            '"' => is_quoted = !is_quoted,
+            ',' if !is_quoted => n += 1,
+            _ => {}
+        }
+    }
+    n
 }

@@ -6,6 +6,7 @@ use std::{
     io::{self, Read as _, Write as _},
     path::{Path, PathBuf},
     sync::atomic::{AtomicU64, Ordering},
+    time::Duration,
 };
 
 use crate::{
@@ -17,6 +18,10 @@ use crate::{
 
 /// Unfinished files of killed programs that may stand beside a name.
 const LEFT_BEHIND_MAX: u32 = 1000;
+/// How long it may take a program to lock the file that it has made.
+const JUST_MADE: Duration = Duration::from_millis(50);
+/// How often it tries.
+const LOOKS_MAX: u32 = 10;
 
 /// What a command may write: whether it may replace, and what it reads.
 #[derive(Clone, Debug, Default)]
@@ -126,27 +131,25 @@ impl Outputs {
     pub fn begin(&self, path: &Path, kind: Kind) -> Result<Live, Refusal> {
         let target = self.target(path, kind)?;
         let mut left_behind = Vec::new();
-        for number in 1..=LEFT_BEHIND_MAX {
+        let mut number = 1;
+        while number <= LEFT_BEHIND_MAX {
             let part = target.part(number);
-            let io = |source| Refusal::Io { path: part.clone(), source };
             match OpenOptions::new().write(true).create_new(true).open(&part) {
                 Ok(file) => {
-                    lock(&file, path)?;
+                    if let Err(refusal) = lock_own(&file, path) {
+                        let _left = fs::remove_file(&part);
+                        return Err(refusal);
+                    }
                     let outputs = self.clone();
                     return Ok(Live { outputs, target, kind, part, file, left_behind });
                 }
                 Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {
-                    // Opened for reading: a left file is not touched. Only plain files can be recordings.
-                    if let Some(what) =
-                        fs::symlink_metadata(&part).ok().as_ref().and_then(not_plain)
-                    {
-                        return Err(Refusal::NotPlain { path: part, what });
+                    if is_left_behind(&part, path)? {
+                        left_behind.push(part);
+                        number += 1;
                     }
-                    let left = File::open(&part).map_err(io)?;
-                    lock(&left, path)?;
-                    left_behind.push(part);
                 }
-                Err(e) => return Err(io(e)),
+                Err(source) => return Err(Refusal::Io { path: part, source }),
             }
         }
         Err(Refusal::Exists { path: target.part(LEFT_BEHIND_MAX) })
@@ -236,6 +239,50 @@ pub fn lock(file: &File, path: &Path) -> Result<(), Refusal> {
         Err(TryLockError::Error(e)) if e.kind() == io::ErrorKind::Unsupported => Ok(()),
         Err(TryLockError::Error(source)) => Err(Refusal::Io { path: path.to_owned(), source }),
     }
+}
+
+/// Whether a `.part` file is of a program that was killed; `false` when it is gone by now. It is opened for reading: a
+/// left file is not touched.
+///
+/// # Errors
+///
+/// [`Refusal`] when another program writes it, or is just about to, or when it is no plain file.
+fn is_left_behind(part: &Path, path: &Path) -> Result<bool, Refusal> {
+    // A file is made first and locked then: one that is empty and free may be at that moment.
+    for patience in [JUST_MADE, Duration::ZERO] {
+        let metadata = fs::symlink_metadata(part);
+        if let Some(what) = metadata.as_ref().ok().and_then(not_plain) {
+            return Err(Refusal::NotPlain { path: part.to_owned(), what });
+        }
+        let left = match metadata.and_then(|_| File::open(part)) {
+            Ok(left) => left,
+            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(false),
+            Err(source) => return Err(Refusal::Io { path: part.to_owned(), source }),
+        };
+        lock(&left, path)?;
+        if left.metadata().is_ok_and(|found| found.len() > 0) {
+            break;
+        }
+        drop(left);
+        wait(patience);
+    }
+    Ok(true)
+}
+
+/// Takes the lock of a file that was made just now; whoever else has it only looks whose it is, and lets go at once.
+fn lock_own(file: &File, path: &Path) -> Result<(), Refusal> {
+    for _ in 0..LOOKS_MAX {
+        match lock(file, path) {
+            Err(Refusal::Held { .. }) => wait(JUST_MADE / LOOKS_MAX),
+            done => return done,
+        }
+    }
+    lock(file, path)
+}
+
+#[expect(clippy::disallowed_methods, reason = "another program is waited for, for a moment")]
+fn wait(patience: Duration) {
+    std::thread::sleep(patience);
 }
 
 /// The folder of a path; `.` when it names none.

@@ -146,6 +146,41 @@ fn one_name_has_one_writer_and_what_a_crash_left_is_kept() {
     drop(outputs.begin(&path, Kind::RECORDING).unwrap());
 }
 
+/// Many that begin one name at one moment: one gets it, and none is taken for what a crash left.
+#[test]
+fn a_name_that_many_begin_at_once_goes_to_one() {
+    for _ in 0..50 {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("out.mcap");
+        let begin = || Outputs::new(false).begin(&path, Kind::RECORDING);
+        let start = std::sync::Barrier::new(4);
+        let begun: Vec<_> = std::thread::scope(|scope| {
+            let of = |_| {
+                scope.spawn(|| {
+                    start.wait();
+                    begin()
+                })
+            };
+            let threads: Vec<_> = (0..4).map(of).collect();
+            threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+        });
+        let ours: Vec<&Live> = begun.iter().flatten().collect();
+        assert_eq!(ours.len(), 1, "{begun:?}");
+        assert!(ours[0].left_behind().is_empty() && ours[0].part().ends_with("out.mcap.part"));
+        assert_eq!(everything(place.path()).len(), 1);
+    }
+}
+
+/// A program that was killed before it wrote anything leaves an empty file: that is no one's.
+#[test]
+fn an_empty_file_of_a_crash_does_not_hold_the_name() {
+    let place = tempfile::tempdir().unwrap();
+    let path = place.path().join("out.mcap");
+    fs::write(place.path().join("out.mcap.part"), "").unwrap();
+    let live = Outputs::new(false).begin(&path, Kind::RECORDING).unwrap();
+    assert!(live.part().ends_with("out.mcap.2.part") && live.left_behind().len() == 1);
+}
+
 #[test]
 fn two_results_never_share_a_name() {
     let place = place();
@@ -211,6 +246,44 @@ fn a_replaced_file_must_be_of_its_sort() {
     for (kind, own, other) in samples {
         assert!(kind.recognises(own) && kind.recognises(b""), "{}", kind.name());
         assert!(!kind.recognises(other), "{}", kind.name());
+    }
+}
+
+/// What people have in a folder is not taken for a result because a line of it looks like one.
+#[test]
+fn other_texts_are_of_no_sort_that_would_replace_them() {
+    let mission = b"# A mission.\n\n[mission]\nname = \"a\"\n";
+    let foreign: &[(Kind, &[u8])] = &[
+        (Kind::CSV, b"[mission]\nname = \"a\"\n"),
+        (Kind::CSV, b"start = [1, 2]\nend = [3, 4]\n"),
+        (Kind::CSV, b"word\nanother\n"),
+        (Kind::CSV, b"Dear all, this is a letter\nof two lines\n"),
+        (Kind::CSV, mission),
+        (Kind::TRAJECTORY, mission),
+        (Kind::TRAJECTORY, b"# only remarks\n"),
+        (Kind::TRAJECTORY, b"- a list\n"),
+        (Kind::TRAJECTORY, b"2026 was a year of a long walk\n"),
+        (Kind::MARKDOWN, b"#!/bin/sh\n"),
+        (Kind::MARKDOWN, b"#include <a>\n"),
+        (Kind::MARKDOWN, mission),
+        (Kind::JSON, b"{ echo; }\n"),
+        (Kind::JSON, b"[1]\n"),
+    ];
+    for (kind, text) in foreign {
+        assert!(!kind.recognises(text), "{}: {}", kind.name(), String::from_utf8_lossy(text));
+    }
+    let own: &[(Kind, &[u8])] = &[
+        (Kind::CSV, b"\"a, b\",c\n1,2\n"),
+        (Kind::CSV, b"a,b\n\"x\ny\",2\n"),
+        (Kind::CSV, b"a,b\n"),
+        (Kind::CSV, b"a,b,c\n1,2"),
+        (Kind::TRAJECTORY, b"# t x y z qx qy qz qw\n1.5 0 -1e-3 0 0 0 0 1\n"),
+        (Kind::MARKDOWN, b"# Title\n\nText.\n\n## More\n"),
+        (Kind::JSON, b"{\n  \"a\": 1}"),
+        (Kind::JSON, b"{}\n"),
+    ];
+    for (kind, text) in own {
+        assert!(kind.recognises(text), "{}: {}", kind.name(), String::from_utf8_lossy(text));
     }
 }
 

@@ -106,13 +106,8 @@ impl Mission {
         }
         let text = read_file(path)?;
         let folder = path.parent().map(PathBuf::from).unwrap_or_default();
-        let read_from = RefCell::new(vec![path.to_owned()]);
-        let read = |file: &str| {
-            read_from.borrow_mut().push(folder.join(file));
-            read_file(&folder.join(file))
-        };
-        let mut mission = Self::build(name_or_path, &text, overrides, &read)?;
-        mission.read_from = read_from.take();
+        let mut mission = Self::parse_in(&folder, name_or_path, &text, overrides)?;
+        mission.read_from.insert(0, path.to_owned());
         Ok(mission)
     }
 
@@ -129,7 +124,14 @@ impl Mission {
         text: &str,
         overrides: &[String],
     ) -> Result<Self, MissionError> {
-        Self::build(origin, text, overrides, &|file| read_file(&folder.join(file)))
+        let read_from = RefCell::new(Vec::new());
+        let read = |file: &str| {
+            read_from.borrow_mut().push(folder.join(file));
+            read_file(&folder.join(file))
+        };
+        let mut mission = Self::build(origin, text, overrides, &read)?;
+        mission.read_from = read_from.take();
+        Ok(mission)
     }
 
     /// Checks a mission given as text; files that it names are looked for among the shipped ones.
@@ -184,7 +186,7 @@ impl Mission {
         TEMPLATE
     }
 
-    /// The files that it was read from: its own and those that it names; none for a shipped mission. What is
+    /// The files that it was read from: its own, unless it was given as text, and those that it names; none for a shipped mission. What is
     /// written must not replace them.
     pub fn read_from(&self) -> &[PathBuf] {
         &self.read_from

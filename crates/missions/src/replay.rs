@@ -7,7 +7,7 @@ use recordings::mcap_file::{Integrity, MAGIC, messages};
 use run_context::RunSeed;
 
 use crate::{
-    intervention::{InterventionRecord, RecordedIntervention},
+    intervention::{Intervention, InterventionRecord, RecordedIntervention},
     mission::{Mission, MissionError},
     record::{BUILD, END, EndRecord, FORMATS_READ, HASH, HEAD, Head, INTERVENTIONS},
     run::{Run, RunError},
@@ -76,6 +76,9 @@ pub struct ReplayReport {
     pub interventions_refused: Vec<String>,
     /// Interventions for which this run ended too early.
     pub interventions_left: u64,
+    /// Interventions that a run with changed settings does not repeat: the order to stand with which the recorded run
+    /// ended. It would never come to a verdict of its own.
+    pub interventions_not_repeated: u64,
     /// What is missing at the end of the file, if it was cut off.
     pub truncation: Option<String>,
 }
@@ -113,6 +116,8 @@ pub struct Replay {
     /// Of the interventions, how many were tried.
     n_tried: usize,
     refused: Vec<String>,
+    /// Of those tried, how many were left out because settings were changed.
+    n_left_out: u64,
     n_compared: u64,
     steps_recorded: Option<u64>,
     divergence: Option<Divergence>,
@@ -135,7 +140,8 @@ impl Replay {
     }
 
     /// As [`Replay::open`], with settings overridden (`table.key=value`): the same events, seed and
-    /// interventions under other parameters. Differences are then expected, and it runs on to a verdict of its own.
+    /// interventions under other parameters. Differences are then expected, and it runs on to a verdict of its own; the
+    /// order to stand with which the recorded run ended ([`Intervention::Halt`]) is left out.
     ///
     /// # Errors
     ///
@@ -193,6 +199,7 @@ impl Replay {
             interventions: contents.interventions,
             n_tried: 0,
             refused: Vec::new(),
+            n_left_out: 0,
             n_compared: 0,
             steps_recorded: contents.end.map(|e| e.steps),
             divergence: None,
@@ -247,8 +254,12 @@ impl Replay {
     pub fn step(&mut self) -> bool {
         let at = self.run.steps();
         let recorded = usize::try_from(at).ok().and_then(|at| self.hashes.get(at).copied());
-        let goes_on =
-            if self.is_changed { self.run.finished().is_none() } else { recorded.is_some() };
+        let goes_on = if self.is_changed {
+            // Its greatest duration bounds every mission; that this one ends is not left to its verdict alone.
+            self.run.finished().is_none() && self.run.now() <= self.run.mission().end()
+        } else {
+            recorded.is_some()
+        };
         if !goes_on {
             return false;
         }
@@ -256,6 +267,10 @@ impl Replay {
             && next.step <= at
         {
             self.n_tried += 1;
+            if self.is_changed && matches!(next.intervention, Intervention::Halt) {
+                self.n_left_out += 1;
+                continue;
+            }
             // What the recorded run accepted is refused only by a run that differs from it.
             if let Err(why) = self.run.apply(next.intervention.clone()) {
                 self.refused.push(format!("at {:.2} s: {why}", at as f64 * 0.01));
@@ -287,6 +302,7 @@ impl Replay {
             self.run = Run::new(self.run.mission().clone(), RunSeed(self.head.seed))?;
             self.n_tried = 0;
             self.refused.clear();
+            self.n_left_out = 0;
         }
         for _ in 0..steps_max {
             if self.run.steps() >= target || !self.step() {
@@ -313,9 +329,10 @@ impl Replay {
             divergence: self.divergence,
             damage: self.damage.clone(),
             other_build: self.other_build(),
-            interventions_repeated: (self.n_tried - self.refused.len()) as u64,
+            interventions_repeated: (self.n_tried - self.refused.len()) as u64 - self.n_left_out,
             interventions_refused: self.refused.clone(),
             interventions_left: (self.interventions.len() - self.n_tried) as u64,
+            interventions_not_repeated: self.n_left_out,
             truncation: self.truncation.clone(),
         }
     }

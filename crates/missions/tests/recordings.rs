@@ -369,6 +369,36 @@ fn a_changed_replay_runs_on_to_its_own_verdict() {
     assert!(refused.len() == 1 && refused[0].starts_with("at 3.00 s: a box"), "{report:?}");
 }
 
+/// A run that was stopped in mid-drive is recorded with the order to stand: under other settings nobody gave it.
+#[test]
+fn a_changed_replay_of_a_run_that_was_stopped_comes_to_its_own_verdict() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let mut run = Run::new(Mission::load("one-obstacle", &[]).unwrap(), RunSeed(2)).unwrap();
+    let mut recorder = Recorder::create(&path, &run, &files::Outputs::new(false)).unwrap();
+    while run.steps() < 500 || run.step_to_rest() {
+        if run.steps() < 500 {
+            run.step();
+        }
+        let log = run.drain_log();
+        recorder.record(&run, &log).unwrap();
+    }
+    recorder.finish(&run).unwrap();
+    assert!(run.finished().is_none() && run.interventions().len() == 1);
+    let slower = ["robots.navigator.speed_mps=0.2".to_owned()];
+    let mut replay = Replay::open_with(&path, &slower).unwrap();
+    let n_steps_max = replay.run().mission().duration_max().as_millis() as u64 / 10 + 1;
+    while replay.step() {
+        assert!(replay.run().steps() <= n_steps_max, "it does not end");
+    }
+    assert!(replay.run().finished().is_some());
+    let report = replay.report();
+    assert_eq!((report.interventions_repeated, report.interventions_not_repeated), (0, 1));
+    // Unchanged, it is repeated like everything else.
+    let report = Replay::open(&path).unwrap().run_to_end();
+    assert!(report.is_identical() && report.interventions_repeated == 1, "{report:?}");
+}
+
 /// Other programs that read MCAP: the format's own library finds every message, and the summary.
 #[test]
 fn the_formats_own_library_reads_a_recording() {
