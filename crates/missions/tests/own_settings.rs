@@ -57,9 +57,8 @@ fn a_ring_of_ones_own_measures_from_where_it_is() {
         for (range_m, expected_m) in row.iter().zip([1.8, 0.85, 2.75]) {
             assert!((range_m - expected_m).abs() < 6e-4, "{link}: {row:?}");
         }
-        // Over the wire a row waits for the report that brings its last reading, every 100 ms.
-        let most_s = if link == "direct" { 0.185 } else { 0.205 };
-        assert!((0.175..most_s).contains(&round_s), "{link}: a round takes {round_s} s");
+        // A row waits for the report that brings its last reading; reports come every 100 ms.
+        assert!((0.175..0.205).contains(&round_s), "{link}: a round takes {round_s} s");
     }
 }
 

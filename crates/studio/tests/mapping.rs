@@ -332,7 +332,7 @@ fn one_recording_at_a_time_and_not_for_ever() {
 fn a_page_that_sends_too_much_is_shown_out() {
     let studio = MappingStudio::empty();
     let mut page = studio.page();
-    page.send_text(&" ".repeat(1024 * 1024));
+    page.send_too_much(&" ".repeat(1024 * 1024));
     assert!(page.is_shown_out());
     let mut other = studio.page();
     other.send(&json!({"type": "sample", "name": "nothing"}));

@@ -149,7 +149,7 @@ fn a_bad_message_is_answered_and_the_connection_stays() {
 fn a_page_that_sends_too_much_is_shown_out() {
     let studio = Studio::of("doorbell", 1.0);
     let mut page = studio.page();
-    page.send_text(&" ".repeat(1024 * 1024));
+    page.send_too_much(&" ".repeat(1024 * 1024));
     assert!(page.is_shown_out());
 }
 

@@ -143,6 +143,11 @@ impl Page {
         self.socket.send(Message::text(text)).unwrap();
     }
 
+    /// Sends what the studio may refuse before all of it came.
+    pub(crate) fn send_too_much(&mut self, text: &str) {
+        let (Ok(()) | Err(_)) = self.socket.send(Message::text(text));
+    }
+
     /// The next message.
     pub(crate) fn next(&mut self) -> Value {
         loop {
