@@ -495,8 +495,7 @@ fn comparison(
     };
     let rms_mm = |wanted: Setting| cell(all_medians(runs_of(wanted), settled_rms_mm));
     let found = |wanted: Setting| {
-        let runs = runs_of(wanted);
-        format!("{} mm ({} lost the trail)", rms_mm(wanted), n_lost(runs))
+        format!("{} mm ({} lost the trail)", rms_mm(wanted), n_lost(runs_of(wanted)))
     };
     let base = Setting::THESIS;
     let fast = Setting { speed_mps: 0.7, ..base };
