@@ -47,7 +47,7 @@ fn the_results_of_another_program_stay() {
     assert_eq!(all(), before);
     // A listing that does not say whose it is, and none at all.
     let without = before.1.lines().filter(|line| !line.starts_with("Source: "));
-    let without: String = without.map(|line| format!("{line}\n")).collect();
+    let without = without.collect::<Vec<_>>().join("\n") + "\n";
     place.write("lamp.lst", &without);
     place
         .cairn("rdpl lamp.src --force")
