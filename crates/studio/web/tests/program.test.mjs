@@ -122,8 +122,6 @@ programTest("a goal is answered at the click, with the name of the robot", async
   const foot = page.locator(".readout.task");
   await foot.getByText(/^assistant: looking for a trail to \(-5\.0, 3\.0\)/).waitFor({ timeout: 3000 });
 });
-  assert.ok((await foot.getAttribute("class")).includes("bad"));
-});
 
 programTest("the decision node shows its clock, its events, a stop with fail-safe outputs and a restart by the watchdog", async ({ page, complaints }) => {
   const node = page.locator(".program-node");
