@@ -59,6 +59,12 @@ pub(crate) fn is_keyword(word: &str) -> bool {
     KEYWORDS.contains(&word)
 }
 
+/// Whether a line of a log holds a pose and no scan.
+pub(crate) fn is_pose_line(line: &[u8]) -> bool {
+    let line = line.trim_ascii_start();
+    line.starts_with(b"ODOM ") || line.starts_with(b"TRUEPOS ")
+}
+
 /// A scan, with the laser's description if the line has one.
 struct ScanLine {
     scan: RawScan,

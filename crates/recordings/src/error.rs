@@ -70,6 +70,19 @@ pub enum RecordingError {
         /// The limit.
         bytes_max: usize,
     },
+    /// The recording would take more memory than it may.
+    #[error(
+        "{name}: reading it takes about {} MB of memory, of which at most {} MB may be taken here",
+        needed.div_ceil(1 << 20), most >> 20
+    )]
+    TooMuchMemory {
+        /// The file's name.
+        name: String,
+        /// Bytes that it takes.
+        needed: usize,
+        /// The limit, bytes.
+        most: usize,
+    },
     /// A format of two files was given only one.
     #[error("{name}: {what} come in a second file; give that too")]
     SecondFileMissing {

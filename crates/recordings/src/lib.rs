@@ -39,6 +39,7 @@ mod integrity;
 pub mod mat;
 pub mod mcap_file;
 mod mcap_records;
+mod memory;
 mod mrpt;
 mod numbers;
 mod options;

@@ -30,6 +30,8 @@ pub struct ReadOptions<'a> {
     pub ring: Ring,
     /// Bytes that a compressed file may unpack to.
     pub bytes_max: usize,
+    /// Bytes of memory that reading may take, beside the file's own bytes and those that it unpacks to.
+    pub memory_max_bytes: usize,
     /// Complaints that are kept in full.
     pub complaints_max: usize,
 }
@@ -49,6 +51,7 @@ impl Default for ReadOptions<'_> {
             period_s: None,
             ring: Ring::File,
             bytes_max: BYTES_MAX,
+            memory_max_bytes: usize::MAX,
             complaints_max: KEPT_DEFAULT,
         }
     }

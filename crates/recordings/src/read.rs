@@ -1,6 +1,6 @@
 //! From the bytes of a file to a recording: unpacks, finds out the format, reads.
 
-use std::{fmt, io::Read, path::Path};
+use std::{borrow::Cow, fmt, io::Read, path::Path};
 
 use flate2::read::MultiGzDecoder;
 
@@ -9,7 +9,7 @@ use crate::{
     assemble::{RawRecording, assemble},
     cairn_mcap, carmen,
     complaints::{Action, Complaints, Place, Trouble},
-    csv, mat, mcap_records, mrpt,
+    csv, mat, mcap_records, memory, mrpt,
     numbers::{Fields, lines, shown},
     recording::Recording,
     sonar_files,
@@ -86,18 +86,19 @@ pub fn read(name: &str, bytes: &[u8], options: &ReadOptions<'_>) -> Result<Loade
         return Err(RecordingError::Empty { name: name.to_owned() });
     }
     let mut complaints = Complaints::keeping(options.complaints_max);
-    let unpacked;
-    let mut content = bytes;
-    if is_gzip(bytes) {
-        unpacked = unpack(name, bytes, options.bytes_max, &mut complaints)?;
-        content = &unpacked;
-    }
-    let Some(format) = detect(name, content)? else {
+    let mut plain = |bytes| plain(name, bytes, options.bytes_max, &mut complaints);
+    let content = plain(bytes)?;
+    let poses = options.poses.map(&mut plain).transpose()?;
+    let truth = options.truth.map(&mut plain).transpose()?;
+    let Some(format) = detect(name, &content)? else {
         let name = name.to_owned();
-        return Err(RecordingError::UnknownFormat { name, beginning: beginning(content) });
+        return Err(RecordingError::UnknownFormat { name, beginning: beginning(&content) });
     };
-    let mut raw = read_as(format, name, content, options, &mut complaints)?;
-    if let Some(truth) = options.truth {
+    let needed = memory::needed_bytes(format, &content, poses.as_deref(), truth.as_deref());
+    memory::afford(name, needed, options.memory_max_bytes)?;
+    let options = ReadOptions { poses: poses.as_deref(), ..options.clone() };
+    let mut raw = read_as(format, name, &content, &options, &mut complaints)?;
+    if let Some(truth) = &truth {
         raw.truth = true_poses(truth, &mut complaints);
     }
     let contains = format!("{} scans of which none can be used", raw.scans.len());
@@ -145,6 +146,19 @@ pub(crate) fn with_complaints(contains: &str, complaints: &Complaints) -> String
 /// Whether the bytes begin like a gzip file.
 pub(crate) fn is_gzip(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x1f, 0x8b])
+}
+
+/// The bytes of a file, unpacked if it is gzip.
+fn plain<'a>(
+    name: &str,
+    bytes: &'a [u8],
+    bytes_max: usize,
+    complaints: &mut Complaints,
+) -> Result<Cow<'a, [u8]>, RecordingError> {
+    if is_gzip(bytes) {
+        return Ok(Cow::Owned(unpack(name, bytes, bytes_max, complaints)?));
+    }
+    Ok(Cow::Borrowed(bytes))
 }
 
 /// Unpacks a gzip file as far as it goes.

@@ -22,8 +22,9 @@ use crate::{
     assemble::{RawRecording, RawScan},
     complaints::{Action, Complaints, Place, Trouble},
     mat::{self, Class, MatFile, Matrix},
+    memory::{afford, scans_bytes},
     numbers::{Fault, Fields, is_measurable, lines, text},
-    read::{first_words, is_gzip, no_scans, unpack},
+    read::{first_words, no_scans},
     recording::{Recording, Rig, RingRig, exact_pose},
 };
 
@@ -198,6 +199,7 @@ pub(crate) fn read_mat(
         let text = || format!("{r} rows of readings and {p} poses; the first {rows} are used");
         complaints.add(Place::Row(rows + 1), Trouble::EndsEarly, Action::Skipped, text);
     }
+    afford(name, scans_bytes(rows, readings.n_columns()), options.memory_max_bytes)?;
     let ring = rig(name, readings.n_columns(), Ring::Listing8, options)?;
     let clock = Clock::new(options.period_s.unwrap_or(MAT_PERIOD_S));
     let mut scans = Vec::new();
@@ -219,8 +221,8 @@ pub(crate) fn read_artemic(
     complaints: &mut Complaints,
 ) -> Result<RawRecording, RecordingError> {
     let readings = table(content, Place::Line, complaints);
-    let second = second_file(name, options, complaints)?;
-    let poses = table(&second, Place::SecondFileLine, complaints);
+    let second = second_file(name, options)?;
+    let poses = table(second, Place::SecondFileLine, complaints);
     let n_columns = usual_width(&readings);
     if n_columns == 0 {
         return Err(no_scans(name, Format::ArtemicText, &first_words(content), complaints));
@@ -247,9 +249,9 @@ pub(crate) fn read_sonar_text(
     complaints: &mut Complaints,
 ) -> Result<RawRecording, RecordingError> {
     let readings = table(content, Place::Line, complaints);
-    let second = second_file(name, options, complaints)?;
+    let second = second_file(name, options)?;
     let mut poses: BTreeMap<u64, [f64; 3]> = BTreeMap::new();
-    for line in table(&second, Place::SecondFileLine, complaints) {
+    for line in table(second, Place::SecondFileLine, complaints) {
         let Some(values) = line.of_width(4, complaints) else { continue };
         if values.iter().any(|v| !v.is_finite()) {
             let text = || "a pose that is NaN or infinite".to_owned();
@@ -435,20 +437,9 @@ fn usual_width(table: &[Line]) -> usize {
     counts.iter().find(|(_, n)| **n == most).map_or(0, |(width, _)| *width)
 }
 
-fn second_file(
-    name: &str,
-    options: &ReadOptions<'_>,
-    complaints: &mut Complaints,
-) -> Result<Vec<u8>, RecordingError> {
+fn second_file<'a>(name: &str, options: &ReadOptions<'a>) -> Result<&'a [u8], RecordingError> {
     let what = "the poses";
-    let bytes = options
-        .poses
-        .ok_or_else(|| RecordingError::SecondFileMissing { name: name.to_owned(), what })?;
-    if is_gzip(bytes) {
-        unpack(name, bytes, options.bytes_max, complaints)
-    } else {
-        Ok(bytes.to_vec())
-    }
+    options.poses.ok_or_else(|| RecordingError::SecondFileMissing { name: name.to_owned(), what })
 }
 
 fn say_uneven(readings: &[Line], poses: &[Line], complaints: &mut Complaints) {

@@ -138,9 +138,7 @@ pub fn read_relations(name: &str, bytes: &[u8]) -> Result<Relations, RecordingEr
 
 /// The poses of a file of truth.
 pub(crate) fn true_poses(bytes: &[u8], complaints: &mut Complaints) -> Vec<RawPose> {
-    let unpacked =
-        is_gzip(bytes).then(|| unpack("truth", bytes, BYTES_MAX, complaints).unwrap_or_default());
-    pose_lines(unpacked.as_deref().unwrap_or(bytes), Place::SecondFileLine, complaints)
+    pose_lines(bytes, Place::SecondFileLine, complaints)
 }
 
 fn unpacked(

@@ -32,7 +32,7 @@ pub(crate) use routes::routes;
 pub use source::Exhibit;
 
 /// Largest recording that a page may bring, bytes. It is kept in memory until it is read, and one at a time.
-pub(crate) const UPLOAD_BYTES_MAX: usize = 48 * 1024 * 1024;
+pub(crate) const UPLOAD_BYTES_MAX: usize = 10 * 1024 * 1024;
 /// Requests to the player that may wait. A page has one at a time, so they are never this many.
 const N_ASKS_MAX: usize = 64;
 
@@ -139,14 +139,12 @@ impl Mapping {
             let read = read.unwrap_or_else(|_panic| {
                 Err(format!("{name}: reading it failed by a fault of ours"))
             });
-            let told = match read {
-                Ok(loaded) => mapping.tell(Ask::Load(Box::new(loaded))),
+            match read {
+                Ok(loaded) => mapping.tell(Ask::Load(Box::new(loaded), Some(reading))),
                 Err(problem) => mapping
                     .tell(Ask::Unreadable { name, problem: problem.clone() })
                     .and(Err(problem)),
-            };
-            drop(reading);
-            told
+            }
         });
         loading.await.unwrap_or_else(|_gone| Err(GONE.to_owned()))
     }
@@ -154,7 +152,7 @@ impl Mapping {
     /// Gives the player a recording that was read already.
     pub(crate) fn show(&self, exhibit: Exhibit) {
         // The player lives as long as its handles.
-        drop(self.tell(Ask::Load(Box::new(exhibit.into()))));
+        drop(self.tell(Ask::Load(Box::new(exhibit.into()), None)));
     }
 
     fn tell(&self, ask: Ask) -> Result<(), String> {

@@ -214,10 +214,47 @@ fn a_log_that_cannot_be_read_is_told_and_the_one_before_stays() {
 #[test]
 fn a_log_above_the_limit_is_refused_with_a_way_out() {
     let studio = MappingStudio::empty();
-    let length = 48 * 1024 * 1024 + 1;
+    let length = 10 * 1024 * 1024 + 1;
     let (status, text) = studio.post("/map/recording?name=huge.log", b"FLASER", Some(length));
     assert!(status.contains("413"), "{status}");
-    assert!(text.contains("48 MB") && text.contains("cairn map"), "{text}");
+    assert!(text.contains("10 MB") && text.contains("cairn map"), "{text}");
+}
+
+/// `n` scans of a laser with `n_readings` each.
+fn log_of(n: usize, n_readings: usize) -> Vec<u8> {
+    let readings = " 2.5".repeat(n_readings);
+    let line =
+        |i| format!("FLASER {n_readings}{readings} 0.{i:04} 0 0 0.{i:04} 0 0 {i}.5 h {i}.5\n");
+    (0..n).map(line).collect::<Vec<_>>().concat().into_bytes()
+}
+
+/// Many short scans take more memory than their text: refused before they are read.
+#[test]
+fn a_log_that_takes_too_much_memory_is_refused_with_a_way_out() {
+    let studio = MappingStudio::empty();
+    let log = log_of(60_000, 1);
+    assert!(log.len() < 4 << 20);
+    let (status, text) = studio.post("/map/recording?name=short.log", &log, None);
+    assert!(status.contains("422"), "{status}");
+    assert!(text.contains("MB of memory") && text.contains("cairn map"), "{text}");
+}
+
+/// A large recording of a page gives way to the next one, and the page says so when that one cannot be read.
+#[test]
+fn a_large_log_makes_room_for_the_next_one() {
+    let studio = MappingStudio::empty();
+    let mut page = studio.page();
+    let (status, text) = studio.post("/map/recording?name=big.log", &log_of(5000, 180), None);
+    assert!(status.contains("204"), "{status}: {text}");
+    page.until("source", |s| s["phase"] == "ready" && s["name"] == "big.log");
+    studio.post("/map/recording?name=bad.log", b"\x89PNG\r\n\x1a\n", None);
+    let source = page.until("source", |s| s["problem"].is_string());
+    assert_eq!(source["phase"], "empty");
+    let problem = source["problem"].as_str().unwrap();
+    assert!(problem.contains("bad.log") && problem.contains("big.log was put away"), "{problem}");
+    let (status, text) = studio.post("/map/recording?name=small.log", &log_of(20, 180), None);
+    assert!(status.contains("204"), "{status}: {text}");
+    page.until("source", |s| s["phase"] == "ready" && s["name"] == "small.log");
 }
 
 #[test]

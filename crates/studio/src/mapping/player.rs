@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use tokio::sync::oneshot;
+use tokio::sync::{OwnedMutexGuard, oneshot};
 
 use super::{
     board::Board,
@@ -43,8 +43,8 @@ pub(crate) enum Ask {
     Page(Request, Answer),
     /// A file is being read.
     Reading(String),
-    /// It was read.
-    Load(Box<Loaded>),
+    /// It was read; and the right to read the next one, given back when this one is taken.
+    Load(Box<Loaded>, Option<OwnedMutexGuard<()>>),
     /// It could not be read.
     Unreadable {
         /// Its name.
@@ -61,6 +61,8 @@ pub(crate) struct Player {
     asks: mpsc::Receiver<Ask>,
     source: Source,
     loaded: Option<Arc<Loaded>>,
+    /// The recording that gave way to the one that is being read.
+    put_away: Option<String>,
     runs: Vec<Run>,
     n_runs: u32,
     finishing: Finishing,
@@ -84,6 +86,7 @@ impl Player {
             asks,
             source: Source { phase: "empty", ..Source::default() },
             loaded: None,
+            put_away: None,
             runs: Vec::new(),
             n_runs: 0,
             finishing: Finishing::default(),
@@ -134,12 +137,13 @@ impl Player {
                     drop(answer.send(outcome));
                 }
                 Ok(Ask::Reading(name)) => {
+                    self.make_room();
                     self.source.phase = "reading";
                     self.source.name = name;
                     self.source.problem = None;
                     self.stage.show_source(&self.source);
                 }
-                Ok(Ask::Load(loaded)) => self.load(*loaded),
+                Ok(Ask::Load(loaded, _reading)) => self.load(*loaded),
                 Ok(Ask::Unreadable { name, problem }) => self.refuse(name, problem),
                 Err(mpsc::RecvTimeoutError::Timeout) => return true,
                 Err(mpsc::RecvTimeoutError::Disconnected) => return false,
@@ -155,8 +159,20 @@ impl Player {
         self.runs.iter_mut().filter_map(|run| run.take_back().then_some(())).count() > 0
     }
 
-    /// What was there before stays.
-    fn refuse(&mut self, name: String, problem: String) {
+    /// Puts a large recording of a page away before the next one comes: there is no room for both.
+    fn make_room(&mut self) {
+        let Some(loaded) = self.loaded.take_if(|loaded| loaded.gives_way()) else { return };
+        self.put_away = Some(loaded.name.clone());
+        self.runs.clear();
+        self.stage.take_boards();
+        self.source.recording = None;
+    }
+
+    /// What was there before stays, unless it had to make room.
+    fn refuse(&mut self, name: String, mut problem: String) {
+        if let Some(before) = self.put_away.take() {
+            problem = format!("{problem}; {before} was put away to make room, open it again");
+        }
         self.source.phase = if self.loaded.is_some() { "ready" } else { "empty" };
         self.source.name = self.loaded.as_ref().map_or(name, |loaded| loaded.name.clone());
         self.source.problem = Some(problem);
@@ -175,6 +191,7 @@ impl Player {
                     parameters: parameters(),
                 };
                 self.loaded = Some(loaded);
+                self.put_away = None;
                 self.runs.clear();
                 self.stage.take_boards();
                 self.add_run(job, None);

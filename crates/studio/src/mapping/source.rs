@@ -3,10 +3,11 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use missions::{Mission, sense};
-use recordings::{Complaints, ReadOptions, Recording, Rig};
+use recordings::{Complaints, ReadOptions, Recording, RecordingError, Rig};
 use surveys::{Known, SurveyConfig, SurveyPrior};
 
 use super::{
+    UPLOAD_BYTES_MAX,
     parameters::values_of,
     protocol::{RecordingInfo, SampleInfo},
 };
@@ -15,6 +16,13 @@ use super::{
 pub(crate) const LASER_ROOM: &str = "laser-room";
 /// Scans of it: two rounds through the room.
 const N_LASER_ROOM_SCANS: usize = 600;
+
+/// Bytes that a compressed log of a page may unpack to.
+const UNPACKED_BYTES_MAX: usize = UPLOAD_BYTES_MAX;
+/// Bytes of memory that a page's log may take while it is read: a building seen by a laser for an hour.
+const MEMORY_BYTES_MAX: usize = 20 << 20;
+/// A recording above this is put away when a page brings another one: two would not fit, bytes.
+const KEPT_BESIDE_BYTES_MAX: usize = 6 << 20;
 
 /// A recording to be shown on the mapping page, and how it is to be mapped.
 #[derive(Clone, Debug)]
@@ -46,12 +54,23 @@ pub(crate) struct Loaded {
     complaints: Vec<(String, Complaints)>,
     /// Parameters that were set, by key.
     pub(crate) values: BTreeMap<String, String>,
+    /// The program gave it, no page did.
+    is_given: bool,
 }
 
 impl From<Exhibit> for Loaded {
     fn from(exhibit: Exhibit) -> Self {
         let Exhibit { name, format, recording, known, prior, complaints, config } = exhibit;
-        Self { name, format, recording, known, prior, complaints, values: values_of(&config) }
+        Self {
+            name,
+            format,
+            recording,
+            known,
+            prior,
+            complaints,
+            values: values_of(&config),
+            is_given: true,
+        }
     }
 }
 
@@ -65,7 +84,13 @@ impl Loaded {
             prior: None,
             complaints: vec![(name.to_owned(), complaints)],
             values: BTreeMap::new(),
+            is_given: false,
         }
+    }
+
+    /// Whether it must be put away before a page brings another one.
+    pub(crate) fn gives_way(&self) -> bool {
+        !self.is_given && self.recording.memory_bytes() > KEPT_BESIDE_BYTES_MAX
     }
 
     /// What the page says about it.
@@ -106,8 +131,15 @@ pub(crate) fn read(
     poses: Option<&[u8]>,
     truth: Option<&[u8]>,
 ) -> Result<Loaded, String> {
-    let options = ReadOptions { poses, truth, ..ReadOptions::default() };
-    let read = recordings::read(name, log, &options).map_err(|error| error.to_string())?;
+    let (bytes_max, memory_max_bytes) = (UNPACKED_BYTES_MAX, MEMORY_BYTES_MAX);
+    let options =
+        ReadOptions { poses, truth, bytes_max, memory_max_bytes, ..ReadOptions::default() };
+    let read = recordings::read(name, log, &options).map_err(|error| match error {
+        RecordingError::TooMuchMemory { .. } | RecordingError::TooLarge { .. } => {
+            format!("{error}; give it to the program: cairn map FILE --show")
+        }
+        error => error.to_string(),
+    })?;
     Ok(Loaded::new(name, read.format.to_string(), read.recording, read.complaints))
 }
 
