@@ -30,20 +30,40 @@ pub(crate) fn n_robots(text: &str) -> Result<NonZeroU16, String> {
     number.ok_or_else(|| "must be a whole number from 1 to 64".to_owned())
 }
 
+/// The robots whose bytes are simulated.
+fn served_models() -> Vec<String> {
+    let models = RobotModel::catalogue().into_iter().filter(virtual_robots::has_board);
+    models.map(|model| model.name).collect()
+}
+
+/// The robots whose bytes are simulated, as prose.
+pub(crate) fn served() -> String {
+    listed(&served_models(), "and")
+}
+
+/// What the help says of a robot's name.
+pub(crate) fn model_help() -> String {
+    format!("Which robot: {}", listed(&served_models(), "or"))
+}
+
 /// The name of a robot that is in the catalogue.
-pub(crate) fn arcos_model(text: &str) -> Result<String, String> {
-    let known = RobotModel::catalogue();
-    if known.iter().any(|model| model.name == text) {
+pub(crate) fn model(text: &str) -> Result<String, String> {
+    if RobotModel::by_name(text).is_ok() {
         return Ok(text.to_owned());
     }
-    let served: Vec<&str> = known
-        .iter()
-        .filter(|model| model.speaks_arcos())
-        .map(|model| model.name.as_str())
-        .collect();
-    let hint = settings::did_you_mean(text, served.iter().copied())
+    let names = served_models();
+    let hint = settings::did_you_mean(text, names.iter().map(String::as_str))
         .map(|name| format!("; did you mean {name}?"));
-    Err(format!("there are {}{}", served.join(" and "), hint.unwrap_or_default()))
+    Err(format!("there are {}{}", self::served(), hint.unwrap_or_default()))
+}
+
+/// `a, b and c`.
+fn listed(names: &[String], before_last: &str) -> String {
+    match names {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} {before_last} {last}", first.join(", ")),
+    }
 }
 
 /// A length of the pheromone model.
@@ -86,13 +106,13 @@ mod tests {
 
     #[test]
     fn a_robot_that_is_nearly_spelled_right_is_offered() {
-        assert_eq!(arcos_model("peoplebot").as_deref(), Ok("peoplebot"));
+        assert_eq!(model("peoplebot").as_deref(), Ok("peoplebot"));
         for (typed, meant) in
             [("pioner3dx", "pioneer3dx"), ("Pioneer-3DX", "pioneer3dx"), ("peoplbot", "peoplebot")]
         {
-            let error = arcos_model(typed).unwrap_err();
+            let error = model(typed).unwrap_err();
             assert!(error.ends_with(&format!("did you mean {meant}?")), "{error}");
         }
-        assert_eq!(arcos_model("nosuch").unwrap_err(), "there are pioneer3dx and peoplebot");
+        assert_eq!(model("nosuch").unwrap_err(), "there are pioneer3dx and peoplebot");
     }
 }

@@ -14,7 +14,7 @@ use run_context::RunSeed;
 use serde_json::{Value, json};
 use simulator::{World, WorldSpec, activmedia_map};
 use virtual_robots::{
-    BatteryConfig, Exchange, PioneerConfig, PioneerFirmware, ServedEvent, ServedWorld,
+    BatteryConfig, BoardConfig, BoardStatus, Exchange, ServedBoard, ServedEvent, ServedWorld,
 };
 
 use crate::{
@@ -25,6 +25,10 @@ use crate::{
 
 /// One tick of the simulated world.
 const TICK: Duration = Duration::from_millis(10);
+/// How long the client of a robot without a watchdog may be silent before another may take its place.
+const PATIENCE: Duration = Duration::from_secs(2);
+/// The name that a single robot reports.
+const NAME: &str = "cairn";
 /// Messages of one robot's clients that are told in one second; the rest are counted.
 const N_MESSAGES_MAX: u32 = 10;
 
@@ -35,8 +39,7 @@ const N_MESSAGES_MAX: u32 = 10;
     cairn robot pioneer3dx --world doorbell --robots 3\n\n\
     Programs written with the manufacturer's library connect to the port as to a simulator.")]
 pub(crate) struct Args {
-    /// Which robot: pioneer3dx or peoplebot
-    #[arg(value_parser = parse::arcos_model)]
+    #[arg(value_parser = parse::model, help = parse::model_help())]
     model: String,
     /// An ActivMedia 2-D map (.map), a mission file (.toml), or the name of a shipped mission
     #[arg(long, value_name = "FILE")]
@@ -56,9 +59,9 @@ pub(crate) struct Args {
     /// Talk over this serial line instead of a TCP port
     #[arg(long, value_name = "DEVICE", conflicts_with_all = ["listen", "robots"])]
     serial: Option<String>,
-    /// Speed of the serial line, bits per second
-    #[arg(long, value_name = "BITS", default_value_t = 9600, requires = "serial")]
-    baud: u32,
+    /// Speed of the serial line, bits per second; the robot's own unless given
+    #[arg(long, value_name = "BITS", requires = "serial")]
+    baud: Option<u32>,
     /// Where it stands: x and y in metres, heading in degrees; else the map's RobotHome, else the
     /// start of the mission's first robot, else the middle of the world. Once for each robot; those
     /// without one stand beside the first
@@ -81,17 +84,18 @@ pub(crate) struct Args {
 pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     let model = Arc::new(RobotModel::by_name(&args.model)?);
     anyhow::ensure!(
-        model.speaks_arcos(),
-        "{} does not speak the protocol that is served here; pioneer3dx and peoplebot do",
-        model.title
+        virtual_robots::has_board(&model),
+        "{} speaks no protocol that is simulated here; {} do",
+        model.title,
+        parse::served()
     );
     let names: Vec<String> = match args.robots.get() {
         1 => vec![args.model.clone()],
         n => (1..=n).map(|number| format!("{}-{number}", args.model)).collect(),
     };
     let mut robots = Robots::new(args, &model, &names)?;
-    let doors = doors(args)?;
-    for (robot, door) in robots.served.robots().iter().zip(&doors) {
+    let doors = doors(args, &model)?;
+    for (robot, door) in robots.served.boards().iter().zip(&doors) {
         tell_door(args, &model, robots.name_of(robot), robot.start(), &door.name());
     }
     serve::forever(doors, &mut robots, TICK, Log::new(args.format))?;
@@ -99,9 +103,11 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
 }
 
 /// One door for each robot, on consecutive ports.
-fn doors(args: &Args) -> anyhow::Result<Vec<Door>> {
+fn doors(args: &Args, model: &RobotModel) -> anyhow::Result<Vec<Door>> {
     if let Some(device) = &args.serial {
-        return Ok(vec![Door::serial(device, args.baud)?]);
+        let own = model.line.as_ref().map(|line| line.baud);
+        let baud = args.baud.or(own).context("give the speed of the line with --baud")?;
+        return Ok(vec![Door::serial(device, baud)?]);
     }
     let first = args.listen.port();
     let n = args.robots.get();
@@ -153,7 +159,8 @@ struct Robots {
     lines: Vec<RobotLine>,
     events: Vec<(usize, ServedEvent)>,
     several: bool,
-    watchdog: Duration,
+    /// How long a client may be silent before another may take its place.
+    patience: Duration,
 }
 
 /// What is remembered of one robot's line.
@@ -187,27 +194,26 @@ impl Robots {
             .with_context(|| format!("no place in {}; choose one with --start", args.world))?;
         let mut served = ServedWorld::new(world);
         for (body_id, name) in bodies.into_iter().zip(names) {
-            let config = PioneerConfig {
-                name: if names.len() > 1 { name.clone() } else { PioneerConfig::default().name },
+            let config = BoardConfig {
+                name: if names.len() > 1 { name.clone() } else { NAME.to_owned() },
                 battery: BatteryConfig { charge_percent: args.battery, drain_ratio: args.drain },
-                ..PioneerConfig::default()
             };
             let stream =
                 if names.len() > 1 { format!("{name}/sensors") } else { "robot/sensors".into() };
-            served
-                .admit(body_id, PioneerFirmware::new(model.clone(), config, seed.stream(&stream)));
+            served.admit(body_id, virtual_robots::board(model, config, seed.stream(&stream))?);
         }
+        let watchdog = model.line.as_ref().and_then(|line| line.watchdog);
         let line = |name: &String| RobotLine { name: name.clone(), ..RobotLine::default() };
         Ok(Self {
             served,
             lines: names.iter().map(line).collect(),
             events: Vec::new(),
             several: names.len() > 1,
-            watchdog: PioneerConfig::default().watchdog,
+            patience: watchdog.unwrap_or(PATIENCE),
         })
     }
 
-    fn name_of(&self, robot: &virtual_robots::ServedRobot) -> &str {
+    fn name_of(&self, robot: &ServedBoard) -> &str {
         &self.served.body_of(robot).name
     }
 
@@ -233,11 +239,11 @@ impl Robots {
     }
 
     fn watch_batteries(&mut self, log: &Log) {
-        for (robot, line) in self.served.robots().iter().zip(&mut self.lines) {
-            let firmware = robot.firmware();
-            let is_low = firmware.battery_is_low();
+        for (robot, line) in self.served.boards().iter().zip(&mut self.lines) {
+            let Some(battery) = robot.board().status().battery else { continue };
+            let is_low = battery.is_low;
             if is_low && !line.battery_was_low {
-                let (charge_percent, battery_v) = (firmware.charge_percent(), firmware.battery_v());
+                let (charge_percent, battery_v) = (battery.charge_percent, battery.voltage_v);
                 let text = format!("battery low: {charge_percent:.0} %, {battery_v:.1} V");
                 let name = if self.several { line.name.as_str() } else { "" };
                 let facts = json!({"charge_percent": charge_percent, "battery_v": battery_v});
@@ -257,10 +263,10 @@ impl Peer for Robots {
 
     fn hang_up(&mut self, line: usize) {
         self.served.hang_up(line);
-        let robot = &self.served.robots()[line];
+        let robot = &self.served.boards()[line];
         let memory = &mut self.lines[line];
         memory.travelled_m = self.served.body_of(robot).travelled_m;
-        memory.n_packets = robot.firmware().counters().n_packets;
+        memory.n_packets = robot.board().status().n_heard;
         memory.n_untold = 0;
     }
 
@@ -269,21 +275,21 @@ impl Peer for Robots {
     }
 
     fn n_heard(&self, line: usize) -> u64 {
-        self.served.robots()[line].firmware().counters().n_packets
+        self.served.boards()[line].board().status().n_heard
     }
 
     fn patience(&self) -> Option<Duration> {
-        Some(self.watchdog)
+        Some(self.patience)
     }
 
     fn farewell(&self, line: usize) -> (String, Value) {
-        let robot = &self.served.robots()[line];
-        let (firmware, memory) = (robot.firmware(), &self.lines[line]);
+        let robot = &self.served.boards()[line];
+        let (status, memory): (BoardStatus, _) = (robot.board().status(), &self.lines[line]);
         let body = self.served.body_of(robot);
         let Se2 { x_m, y_m, yaw_rad } = body.world_from_base.se2();
         let driven_m = body.travelled_m - memory.travelled_m;
-        let n_packets = firmware.counters().n_packets - memory.n_packets;
-        let unknown: Vec<u8> = firmware.unknown_commands().collect();
+        let n_packets = status.n_heard - memory.n_packets;
+        let unknown: Vec<u8> = status.unknown.iter().collect();
         let mut text = format!(
             " and {n_packets} packets; the robot drove {driven_m:.3} m and stands at \
              ({x_m:.3}, {y_m:.3}) m, {:.1}°",

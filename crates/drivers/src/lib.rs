@@ -5,21 +5,31 @@
 //! Whether the bytes travel over a simulated link, a socket or a serial port is the caller's
 //! business, and the driver cannot tell.
 //!
-//! - [`PioneerDriver`]: a Pioneer robot ([`wire::arcos`]);
+//! A [`Driver`] is the client of a robot; [`driver`] builds the one that a robot of the catalogue needs, by the
+//! protocol that its file names:
+//!
+//! - [`PioneerDriver`]: a Pioneer robot ([`wire::arcos`]).
+//!
+//! Beside them are the clients of other nodes:
+//!
 //! - [`PheromoneClient`]: the pheromone server ([`wire::pheromone_link`]);
 //! - [`GroundClient`] and [`GroundStation`]: the two ends of [`wire::ground_link`].
 
+mod driver;
 mod ground;
 mod pheromones;
 mod pioneer;
+mod registry;
 #[cfg(test)]
 mod tests;
 
+pub use driver::{Driver, LineTiming};
 pub use ground::{
     GoalNews, GroundClient, GroundLinkConfig, GroundStation, GroundStationEvent, failure_code,
     failure_text,
 };
 pub use pheromones::{PheromoneClient, PheromoneClientConfig, PheromoneCounters};
 pub use pioneer::{
-    DriveCommand, LineTiming, PioneerCounters, PioneerDriver, PioneerDriverConfig, PioneerSettings,
+    DriveCommand, PioneerCounters, PioneerDriver, PioneerDriverConfig, PioneerSettings,
 };
+pub use registry::{DriverConfig, NoDriver, driver, has_driver};

@@ -21,6 +21,7 @@
 //! wheel speeds by 20 mm/s rounding towards zero (here they are rounded to the nearest step), and stops
 //! with RVEL 0 and MOVE 0, of which half may be lost; STOP is one packet, sent twice.
 
+mod as_driver;
 mod connection;
 mod losing;
 mod status;
@@ -37,6 +38,7 @@ use self::{
     losing::Hearing,
     status::StatusReader,
 };
+use crate::LineTiming;
 
 /// Metres per second in one step of VEL2.
 const VEL2_STEP_MPS: f64 = 0.02;
@@ -74,15 +76,6 @@ pub struct PioneerSettings {
     pub turn_rate_max_radps: Option<f64>,
     /// SETRA, positive and negative, rad/s².
     pub turn_acceleration_radps2: Option<f64>,
-}
-
-/// What a packet's way takes, so that its content can be dated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LineTiming {
-    /// Line speed, bits per second at 10 bits per byte; `None` takes no time.
-    pub baud: Option<u32>,
-    /// Delay besides.
-    pub latency: Duration,
 }
 
 /// How to talk to one robot.
@@ -340,17 +333,6 @@ impl PioneerDriver {
         let about = self.config.line.sent_at(now, body_len + 5);
         let status = self.status.read(about, sip);
         observations.push(Observation { about, value: Sensed::Robot(status) });
-    }
-}
-
-impl LineTiming {
-    /// When a packet of `n_bytes` that has just arrived was sent.
-    fn sent_at(self, now: Stamp, n_bytes: usize) -> Stamp {
-        let bits = 10 * n_bytes as u64;
-        let nanos = self.baud.and_then(|baud| (bits * 1_000_000_000).checked_div(baud.into()));
-        let way = self.latency + Duration::from_nanos(nanos.unwrap_or(0));
-        let way_nanos = u64::try_from(way.as_nanos()).unwrap_or(u64::MAX);
-        Stamp::from_nanos(now.as_nanos().saturating_sub(way_nanos))
     }
 }
 

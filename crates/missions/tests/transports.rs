@@ -36,7 +36,8 @@ fn lonely_robot() -> ServedWorld {
     let body = world.add_robot(placement).unwrap();
     let rng = RunSeed(1).stream("rover");
     let mut served = ServedWorld::new(world);
-    served.admit(body, PioneerFirmware::new(model, PioneerConfig::default(), rng));
+    let firmware = PioneerFirmware::new(model, PioneerConfig::default(), rng);
+    served.admit(body, Box::new(firmware));
     served
 }
 
@@ -117,7 +118,7 @@ fn serve(listener: &TcpListener, stop: &AtomicBool) -> f64 {
             break;
         }
     }
-    robot.body_of(&robot.robots()[0]).position().x
+    robot.body_of(&robot.boards()[0]).position().x
 }
 
 fn read_some(stream: &mut TcpStream, buffer: &mut [u8]) -> usize {

@@ -456,7 +456,8 @@ mod tests {
             let config = NavigatorConfig::try_from(NavigatorSettings::for_robot(&model)).unwrap();
             let n_sensors = config.settings().sensors.len();
             assert_eq!(n_sensors, model.sonars.len().min(N_SONARS_MAX), "{}", model.name);
-            assert!(config.footprint.turning_radius_m() > 0.28, "{}", model.name);
+            let turning_radius_m = config.footprint.turning_radius_m();
+            assert!(turning_radius_m > model.bounding_radius_m() - 1e-9, "{}", model.name);
         }
     }
 

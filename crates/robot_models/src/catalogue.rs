@@ -25,11 +25,9 @@ pub struct RobotModel {
     pub name: String,
     /// The name for people, such as `Pioneer 3-DX`.
     pub title: String,
-    /// Class that its firmware reports, such as `Pioneer`; empty when it does not speak ARCOS.
-    pub arcos_class: String,
-    /// Subclass that its firmware reports, from which client libraries take their parameters.
-    pub arcos_subclass: String,
-    /// Time between two reports of pose and ranges to its navigator.
+    /// Its line to its navigator; `None` when its bytes are not known here.
+    pub line: Option<LineModel>,
+    /// Time between two reports of pose and ranges to its navigator, over any line.
     pub status_period: Duration,
     /// Wheels and encoders.
     pub drive: DriveGeometry,
@@ -43,6 +41,21 @@ pub struct RobotModel {
     pub sonars: Vec<SonarMount>,
     /// How they take turns.
     pub ring: RingTiming,
+}
+
+/// The line between a robot and its navigator, as the robot's maker made it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LineModel {
+    /// The protocol spoken on it, such as `arcos`; the registries of firmware, drivers and readers know it by this name.
+    pub protocol: String,
+    /// Speed of the line when the robot has been switched on, bits per second.
+    pub baud: u32,
+    /// Time without a word of the client after which the robot stops by itself; `None`: it never does.
+    pub watchdog: Option<Duration>,
+    /// What it says that it is, where the protocol has a word for that; client libraries go by it.
+    pub class: String,
+    /// What it says more precisely, from which client libraries take their parameters.
+    pub subclass: String,
 }
 
 /// How the sonars of a robot take turns: in chains, one of each chain at a time.
@@ -112,6 +125,14 @@ pub enum ModelError {
         /// Its place, metres.
         y_m: f64,
     },
+    /// No name of a protocol.
+    #[error(
+        "line.protocol = `{protocol}`: must be a name of small letters, digits and `_`, such as `arcos`"
+    )]
+    Protocol {
+        /// What the file says.
+        protocol: String,
+    },
     /// Sonars are numbered from 0 without gaps.
     #[error("sonars: entry {index} has number {number}: numbers must run from 0 without gaps")]
     SonarNumber {
@@ -171,8 +192,7 @@ impl RobotModel {
                 chain_len: file.ring.chain_length,
                 ping_period: milliseconds(file.ring.ping_period_ms),
             },
-            arcos_class: file.arcos_class,
-            arcos_subclass: file.arcos_subclass,
+            line: file.line.map(LineFile::checked).transpose()?,
             drive: DriveGeometry {
                 wheelbase_m: file.drive.wheelbase_m,
                 wheel_diameter_m: file.drive.wheel_diameter_m,
@@ -189,9 +209,9 @@ impl RobotModel {
         })
     }
 
-    /// Whether it answers the packets of the ARCOS protocol.
-    pub fn speaks_arcos(&self) -> bool {
-        !self.arcos_class.is_empty()
+    /// The protocol of its line, if it has one.
+    pub fn protocol(&self) -> Option<&str> {
+        self.line.as_ref().map(|line| line.protocol.as_str())
     }
 
     /// Distance from the base's origin to the farthest corner of the footprint, metres.
@@ -206,10 +226,7 @@ impl RobotModel {
 struct ModelFile {
     name: String,
     title: String,
-    #[serde(default)]
-    arcos_class: String,
-    #[serde(default)]
-    arcos_subclass: String,
+    line: Option<LineFile>,
     radius_m: f64,
     #[serde(default = "pioneer_status_period_ms")]
     status_period_ms: f64,
@@ -224,6 +241,19 @@ struct ModelFile {
 
 fn pioneer_status_period_ms() -> f64 {
     100.0
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LineFile {
+    protocol: String,
+    baud: u32,
+    /// 0: it has none.
+    watchdog_ms: f64,
+    #[serde(default)]
+    class: String,
+    #[serde(default)]
+    subclass: String,
 }
 
 #[derive(Debug, Deserialize)]
@@ -309,11 +339,29 @@ impl ModelFile {
             ),
         ];
         for (key, value, min, max, requirement) in checks {
-            if !(min..=max).contains(&value) {
-                return Err(ModelError::Range { key: key.to_owned(), value, requirement });
-            }
+            check_range(key, value, min, max, requirement)?;
         }
         Ok(())
+    }
+}
+
+impl LineFile {
+    fn checked(self) -> Result<LineModel, ModelError> {
+        let is_name = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+        if self.protocol.is_empty() || !self.protocol.chars().all(is_name) {
+            return Err(ModelError::Protocol { protocol: self.protocol });
+        }
+        check_range("line.baud", self.baud.into(), 300.0, 4e6, "from 300 to 4000000 baud")?;
+        let requirement = "from 0 (none) to 60000 ms";
+        check_range("line.watchdog_ms", self.watchdog_ms, 0.0, 60_000.0, requirement)?;
+        let watchdog = milliseconds(self.watchdog_ms);
+        Ok(LineModel {
+            protocol: self.protocol,
+            baud: self.baud,
+            watchdog: (!watchdog.is_zero()).then_some(watchdog),
+            class: self.class,
+            subclass: self.subclass,
+        })
     }
 }
 
@@ -338,6 +386,19 @@ impl SonarFile {
     }
 }
 
+fn check_range(
+    key: &str,
+    value: f64,
+    min: f64,
+    max: f64,
+    requirement: &'static str,
+) -> Result<(), ModelError> {
+    if (min..=max).contains(&value) {
+        return Ok(());
+    }
+    Err(ModelError::Range { key: key.to_owned(), value, requirement })
+}
+
 /// A time that was checked to be positive and finite.
 fn milliseconds(value_ms: f64) -> Duration {
     Duration::try_from_secs_f64(1e-3 * value_ms).unwrap_or_default()
@@ -356,144 +417,5 @@ fn check_convex(footprint: &Polygon) -> Result<(), ModelError> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use expect_test::{Expect, expect};
-
-    fn pioneer() -> RobotModel {
-        RobotModel::by_name("pioneer3dx").unwrap()
-    }
-
-    #[test]
-    fn every_built_in_file_is_read() {
-        for text in FILES {
-            RobotModel::from_toml(text).unwrap();
-        }
-        let names: Vec<String> = RobotModel::catalogue().into_iter().map(|m| m.name).collect();
-        assert_eq!(names, ["pioneer3dx", "peoplebot", "artemic5", "artemic8"]);
-    }
-
-    /// Figures of the robots' public parameter files.
-    #[test]
-    fn the_pioneer_is_the_pioneer() {
-        let model = pioneer();
-        let bounds = model.footprint.bounds();
-        assert_eq!(model.arcos_subclass, "p3dx-sh");
-        assert_eq!((bounds.max.x, bounds.min.x), (0.210, -0.301));
-        assert_eq!((bounds.max.y, bounds.min.y), (0.2125, -0.2125));
-        assert!((model.radius_m - 0.25).abs() < 1e-12);
-        assert!((model.drive.wheelbase_m - 0.38).abs() < 1e-12);
-        assert!((model.limits.speed_max_mps - 2.2).abs() < 1e-12);
-        assert!((model.limits.turn_rate_max_radps - 8.7266).abs() < 1e-4);
-        let third = model.sonars[3].base_from_sensor.se2();
-        assert_eq!((third.x_m, third.y_m), (0.166, 0.027));
-        assert!((third.yaw_rad - 10.0_f64.to_radians()).abs() < 1e-12);
-    }
-
-    #[test]
-    fn the_peoplebot_has_the_same_wheels_and_a_second_pair_of_rings() {
-        let model = RobotModel::by_name("peoplebot").unwrap();
-        assert_eq!(model.drive, pioneer().drive);
-        assert_eq!(model.sonars[..16], pioneer().sonars[..]);
-        assert_eq!(model.sonars.len(), 32);
-        let place = |i: usize| model.sonars[i].base_from_sensor.se2();
-        assert_eq!((place(16).x_m, place(28).x_m), (-0.020, -0.290));
-        assert!((model.footprint.bounds().size().x - 0.513).abs() < 1e-9);
-    }
-
-    /// Measures of the thesis on ARTEMIC and of its program.
-    #[test]
-    fn artemic_is_artemic() {
-        let five = RobotModel::by_name("artemic5").unwrap();
-        let eight = RobotModel::by_name("artemic8").unwrap();
-        for model in [&five, &eight] {
-            // One pulse is 1.00531 mm; wheels of 160 mm, 370 mm apart.
-            assert!((model.drive.metres_per_tick() - 1.005_310e-3).abs() < 1e-9);
-            assert!((model.drive.wheelbase_m - 0.37).abs() < 1e-12);
-            assert_eq!(model.status_period, Duration::from_millis(50));
-            assert!(!model.speaks_arcos() && pioneer().speaks_arcos());
-        }
-        assert_eq!(five.drive, eight.drive);
-        assert_eq!(five.footprint, eight.footprint);
-        let azimuths = |model: &RobotModel| -> Vec<i32> {
-            let degrees = |m: &SonarMount| m.base_from_sensor.se2().yaw_rad.to_degrees();
-            model.sonars.iter().map(|m| degrees(m).round() as i32).collect()
-        };
-        assert_eq!(azimuths(&five), [90, 45, 0, -45, -90]);
-        // The program's ring is the front ring of a Pioneer.
-        assert_eq!(eight.sonars, pioneer().sonars[..8]);
-        // A chain of 49 ms a module.
-        assert_eq!(five.ring.round(5), Duration::from_millis(245));
-        assert_eq!(eight.ring.round(8), Duration::from_millis(392));
-        assert_eq!(pioneer().ring.round(16), Duration::from_millis(320));
-    }
-
-    #[test]
-    fn rings_are_mirror_images_and_lie_inside_the_footprint() {
-        for model in RobotModel::catalogue() {
-            for (n_ring, ring) in model.sonars.chunks(8).enumerate() {
-                for (i, (one, other)) in ring.iter().zip(ring.iter().rev()).enumerate() {
-                    let one = one.base_from_sensor.se2();
-                    let other = other.base_from_sensor.se2();
-                    assert_eq!((one.x_m, one.y_m), (other.x_m, -other.y_m), "{n_ring} {i}");
-                    let sum = geometry::wrap_to_pi(one.yaw_rad + other.yaw_rad);
-                    assert!(sum.abs() < 1e-9, "{n_ring} {i}");
-                }
-            }
-            for mount in &model.sonars {
-                let place = mount.base_from_sensor.se2().position();
-                assert!(model.footprint.contains(place), "{} {place}", model.name);
-            }
-            assert!(model.bounding_radius_m() < 0.36);
-        }
-    }
-
-    fn check(text: &str, expected: &Expect) {
-        let outcome = RobotModel::from_toml(text).map_or_else(|e| e.to_string(), |m| m.title);
-        expected.assert_eq(&outcome);
-    }
-
-    #[test]
-    fn wrong_files_are_refused_with_the_key_and_what_it_must_be() {
-        let good = FILES[0];
-        check(good, &expect!["Pioneer 3-DX"]);
-        check(
-            &good.replace("wheelbase_m = 0.380", "wheelbase_m = -1.0"),
-            &expect!["drive.wheelbase_m = -1: must be from 0.01 to 5 m"],
-        );
-        check(
-            &good.replace("gear_ratio = 38.3", "gear_ratio = nan"),
-            &expect!["drive.gear_ratio = NaN: must be from 0.01 to 10000"],
-        );
-        check(
-            &good.replace("number = 5\n", "number = 6\n"),
-            &expect!["sonars: entry 5 has number 6: numbers must run from 0 without gaps"],
-        );
-        check(
-            &good.replace("azimuth_deg = 50", "azimuth_deg = 500"),
-            &expect!["sonars[1].azimuth_deg = 500: must be from -360 to 360 deg"],
-        );
-        check(
-            &good.replace("[0.210, 0.120]", "[0.0, 0.0]"),
-            &expect!["footprint_m: must be convex, but turns inwards at corner 1 (0, 0) m"],
-        );
-        check(
-            &good.replace("title", "titel"),
-            &expect![[r#"
-                TOML parse error at line 6, column 1
-                  |
-                6 | titel = "Pioneer 3-DX"
-                  | ^^^^^
-                unknown field `titel`, expected one of `name`, `title`, `arcos_class`, `arcos_subclass`, `radius_m`, `status_period_ms`, `footprint_m`, `drive`, `limits`, `ring`, `sonars`
-            "#]],
-        );
-    }
-
-    #[test]
-    fn an_unknown_name_is_answered_with_the_known_ones() {
-        assert_eq!(
-            RobotModel::by_name("khepera").unwrap_err().to_string(),
-            "unknown robot model `khepera`: the catalogue has `pioneer3dx`, `peoplebot`, `artemic5`, `artemic8`"
-        );
-    }
-}
+#[path = "catalogue_tests.rs"]
+mod tests;

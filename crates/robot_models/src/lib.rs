@@ -13,7 +13,7 @@ mod drive;
 mod drivetrain;
 mod odometry;
 
-pub use catalogue::{ModelError, RingTiming, RobotModel, SonarMount, UnknownModel};
+pub use catalogue::{LineModel, ModelError, RingTiming, RobotModel, SonarMount, UnknownModel};
 pub use covariance::{OdometryNoise, PoseCovariance, UncertaintyEllipse};
 pub use drive::{BodyVelocity, DriveGeometry, DriveLimits, WheelSpeeds, WheelTravel, ramp};
 pub use drivetrain::{Drivetrain, Encoder, ErrorRange, OdometryErrors};

@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             Err(error) => println!("{client} is gone: {error}"),
         }
         robot.hang_up(0);
-        println!("{:?}", robot.robots()[0].firmware().counters());
+        println!("{:?}", robot.boards()[0].board().status());
     }
 }
 
@@ -64,7 +64,7 @@ fn robot_in_a_room() -> Result<ServedWorld, Box<dyn Error>> {
     let firmware =
         PioneerFirmware::new(model, PioneerConfig::default(), RunSeed(1).stream("sonar/pioneer"));
     let mut served = ServedWorld::new(world);
-    served.admit(body_id, firmware);
+    served.admit(body_id, Box::new(firmware));
     Ok(served)
 }
 

@@ -1,17 +1,24 @@
 //! Firmware for simulated bodies: it answers the bytes the real robot answers.
 //!
-//! [`PioneerFirmware`] is the robot's side of [`wire::arcos`]. It reads encoder counts and sonar
-//! echoes of a body, never the true pose, and asks for wheel speeds; what is between it and a
-//! client is the caller's business: a simulated link, a socket, a serial port. [`ServedWorld`] is a
-//! caller for clients outside: robots in a world of their own.
+//! A [`Board`] is firmware on a body: it reads encoders, echoes and bumpers, never the true pose, and asks for
+//! wheel speeds; what is between its ports and a client is the caller's business: a simulated link, a socket, a
+//! serial port. [`board`] builds the one that a robot of the catalogue has, by the protocol that its file names:
+//!
+//! - [`PioneerFirmware`]: the robot's side of [`wire::arcos`].
+//!
+//! [`ServedWorld`] is a caller for clients outside: boards in a world of their own.
 //!
 //! Nothing here reads a clock or opens a socket.
 
+mod board;
+mod bumpers;
 mod pioneer;
+mod registry;
 mod served;
 
-pub use pioneer::{
-    BatteryConfig, FirmwareCounters, MotorFeedback, MotorReference, PioneerConfig, PioneerFirmware,
-    SimRequest,
+pub use board::{
+    BatteryConfig, BatteryStatus, Board, BoardStatus, MotorReference, NumberSet, Port, SimRequest,
 };
-pub use served::{Exchange, ServedEvent, ServedRobot, ServedWorld};
+pub use pioneer::{FirmwareCounters, MotorFeedback, PioneerConfig, PioneerFirmware};
+pub use registry::{BoardConfig, NoBoard, board, has_board};
+pub use served::{Exchange, ServedBoard, ServedEvent, ServedWorld};

@@ -1,33 +1,36 @@
-//! Robots in a world of their own, tick by tick: what network ports or a serial bridge need behind
+//! Boards in a world of their own, tick by tick: what network ports or a serial bridge need behind
 //! them.
 
-use std::time::Duration;
+use std::{ops::Range, time::Duration};
 
 use geometry::Se2;
 use run_context::Stamp;
 use simulator::{Body, BodyId, World, WorldError};
 
-use crate::{PioneerFirmware, SimRequest};
+use crate::{Board, Port, SimRequest};
 
-/// A world whose robots talk to somebody outside, each over its own line.
+/// A world whose robots talk to somebody outside, each board over lines of its own.
 ///
 /// The caller owns the clock: it calls [`tick`](Self::tick) as often as virtual time should
-/// pass, once per [`World`] step, and carries the bytes.
+/// pass, once per [`World`] step, and carries the bytes. Lines are numbered from 0 through all boards, as they were
+/// admitted, and their ports.
 #[derive(Debug)]
 pub struct ServedWorld {
     world: World,
-    robots: Vec<ServedRobot>,
+    boards: Vec<ServedBoard>,
+    requests: Vec<SimRequest>,
 }
 
-/// One robot of a [`ServedWorld`].
+/// One board of a [`ServedWorld`]. A body may have several, of which one drives it.
 #[derive(Debug)]
-pub struct ServedRobot {
+pub struct ServedBoard {
     body_id: BodyId,
-    firmware: PioneerFirmware,
+    board: Box<dyn Board>,
+    lines: Range<usize>,
     start: Se2,
 }
 
-/// The bytes of one robot's line in one tick.
+/// The bytes of one line in one tick.
 #[derive(Clone, Debug, Default)]
 pub struct Exchange {
     /// What its client has sent since the last tick.
@@ -50,42 +53,58 @@ pub enum ServedEvent {
 }
 
 impl ServedWorld {
-    /// A world without robots that are served; bodies in it that never get a firmware stand.
+    /// A world without robots that are served; bodies in it that never get a board stand.
     pub fn new(world: World) -> Self {
-        Self { world, robots: Vec::new() }
+        Self { world, boards: Vec::new(), requests: Vec::new() }
     }
 
-    /// Puts firmware into a body of the world; the robot's number, from 0.
+    /// Puts a board into a body of the world; the board's number, from 0.
     ///
     /// # Panics
     ///
     /// When `body_id` is of another world.
-    pub fn admit(&mut self, body_id: BodyId, firmware: PioneerFirmware) -> usize {
+    pub fn admit(&mut self, body_id: BodyId, board: Box<dyn Board>) -> usize {
         let start = self.world.body(body_id).world_from_base.se2();
-        self.robots.push(ServedRobot { body_id, firmware, start });
-        self.robots.len() - 1
+        let first = self.n_lines();
+        let lines = first..first + board.ports().len();
+        self.boards.push(ServedBoard { body_id, board, lines, start });
+        self.boards.len() - 1
     }
 
-    /// Passes one step of the world; `exchanges[i]` belongs to robot i, and a robot without one
-    /// hears nothing and is not heard. What happened is appended to `events` with the robot's
+    /// How many lines all boards have together.
+    pub fn n_lines(&self) -> usize {
+        self.boards.last().map_or(0, |board| board.lines.end)
+    }
+
+    /// Passes one step of the world; `exchanges[i]` belongs to line i, and a line without one
+    /// hears nothing and is not heard. What happened is appended to `events` with the board's
     /// number.
     pub fn tick(&mut self, exchanges: &mut [Exchange], events: &mut Vec<(usize, ServedEvent)>) {
         let now = self.world.now();
-        let mut unheard = Vec::new();
-        for (index, robot) in self.robots.iter_mut().enumerate() {
-            let (received, out) = match exchanges.get_mut(index) {
-                Some(Exchange { received, out }) => (received.as_slice(), out),
-                None => (&[][..], &mut unheard),
+        let mut rest = exchanges;
+        for served in &mut self.boards {
+            let ours;
+            (ours, rest) = rest.split_at_mut(served.lines.len().min(rest.len()));
+            let port = Exchange::port;
+            let reference = match ours {
+                // Most robots have one port, for which nothing needs to be allocated.
+                [one] => served.step(now, &self.world, &mut [port(one)]),
+                ours => {
+                    let mut ports: Vec<Port<'_>> = ours.iter_mut().map(port).collect();
+                    served.step(now, &self.world, &mut ports)
+                }
             };
-            let reference = robot.firmware.step(now, received, &self.world, robot.body_id, out);
-            self.world.set_acceleration(robot.body_id, reference.acceleration_mps2);
-            self.world.set_wheel_reference(robot.body_id, reference.wheels);
+            if let Some(reference) = reference {
+                self.world.set_acceleration(served.body_id, reference.acceleration_mps2);
+                self.world.set_wheel_reference(served.body_id, reference.wheels);
+            }
         }
-        for (index, robot) in self.robots.iter_mut().enumerate() {
-            for request in robot.firmware.take_sim_requests() {
+        for (index, served) in self.boards.iter_mut().enumerate() {
+            served.board.take_requests(&mut self.requests);
+            for request in self.requests.drain(..) {
                 let event = match request {
-                    SimRequest::PlaceAt(pose) => place(&mut self.world, robot.body_id, pose),
-                    SimRequest::Reset => place(&mut self.world, robot.body_id, robot.start),
+                    SimRequest::PlaceAt(pose) => place(&mut self.world, served.body_id, pose),
+                    SimRequest::Reset => place(&mut self.world, served.body_id, served.start),
                     SimRequest::Say(text) => ServedEvent::Said(text),
                     SimRequest::Exit(code) => ServedEvent::ExitAsked(code),
                 };
@@ -95,16 +114,16 @@ impl ServedWorld {
         self.world.step();
     }
 
-    /// The client of robot `index` is gone; it stops and waits for the next one.
-    pub fn hang_up(&mut self, index: usize) {
-        if let Some(robot) = self.robots.get_mut(index) {
-            robot.firmware.hang_up();
+    /// The client of a line is gone; the board does what it does then.
+    pub fn hang_up(&mut self, line: usize) {
+        if let Some(served) = self.boards.iter_mut().find(|served| served.lines.contains(&line)) {
+            served.board.hang_up(line - served.lines.start);
         }
     }
 
     /// The real time that the last turn of the caller's loop took: clients can ask for it.
     pub fn note_interval(&mut self, interval: Duration) {
-        self.robots.iter_mut().for_each(|robot| robot.firmware.note_interval(interval));
+        self.boards.iter_mut().for_each(|served| served.board.note_interval(interval));
     }
 
     /// Virtual time passed.
@@ -117,24 +136,44 @@ impl ServedWorld {
         &self.world
     }
 
-    /// The robots, in the order in which they came.
-    pub fn robots(&self) -> &[ServedRobot] {
-        &self.robots
+    /// The boards, in the order in which they came.
+    pub fn boards(&self) -> &[ServedBoard] {
+        &self.boards
     }
 
-    /// The body of a robot.
-    pub fn body_of(&self, robot: &ServedRobot) -> &Body {
-        self.world.body(robot.body_id)
+    /// The body of a board.
+    pub fn body_of(&self, served: &ServedBoard) -> &Body {
+        self.world.body(served.body_id)
     }
 }
 
-impl ServedRobot {
-    /// The robot's firmware.
-    pub fn firmware(&self) -> &PioneerFirmware {
-        &self.firmware
+impl Exchange {
+    fn port(&mut self) -> Port<'_> {
+        Port { received: &self.received, out: &mut self.out }
+    }
+}
+
+impl ServedBoard {
+    fn step(
+        &mut self,
+        now: Stamp,
+        world: &World,
+        ports: &mut [Port<'_>],
+    ) -> Option<crate::MotorReference> {
+        self.board.step(now, world, self.body_id, ports)
     }
 
-    /// Where it began, in the world.
+    /// The firmware.
+    pub fn board(&self) -> &dyn Board {
+        &*self.board
+    }
+
+    /// The numbers of its lines.
+    pub fn lines(&self) -> Range<usize> {
+        self.lines.clone()
+    }
+
+    /// Where its body began, in the world.
     pub fn start(&self) -> Se2 {
         self.start
     }

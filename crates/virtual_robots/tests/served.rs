@@ -48,7 +48,8 @@ impl Room {
         for body in bodies {
             let rng = RunSeed(1).stream("sonar");
             let config = PioneerConfig::default();
-            served.admit(body.unwrap(), PioneerFirmware::new(Arc::clone(&model), config, rng));
+            let firmware = PioneerFirmware::new(Arc::clone(&model), config, rng);
+            served.admit(body.unwrap(), Box::new(firmware));
         }
         let n = starts.len();
         Self {
@@ -70,7 +71,7 @@ impl Room {
         let greeting =
             [Command::Sync0, Command::Sync1, Command::Sync2, Command::Open, Command::Enable(1)];
         self.send(robot, &greeting);
-        assert!(self.served.robots()[robot].firmware().is_open());
+        assert!(self.served.boards()[robot].board().status().is_open);
     }
 
     fn send(&mut self, robot: usize, commands: &[Command]) {
@@ -256,8 +257,8 @@ fn robots_of_one_world_hear_each_other_and_are_served_apart() {
     assert_eq!(room.last_sip(1).left_mmps, 200);
     room.served.hang_up(1);
     room.pass_ms(500);
-    assert!(room.served.robots()[0].firmware().is_open());
-    assert!(!room.served.robots()[1].firmware().is_open());
+    assert!(room.served.boards()[0].board().status().is_open);
+    assert!(!room.served.boards()[1].board().status().is_open);
 }
 
 impl Room {

@@ -4,6 +4,7 @@
 //! same code stands behind a TCP port, a serial port and a simulated link:
 //!
 //! - [`arcos`]: the packets between a Pioneer robot and its client;
+//! - [`reader`]: whoever reads along on a robot's line, by the name of its protocol;
 //! - [`dle`]: the DLE framing of the radio links, with [`pheromone_link`] (robot to pheromone
 //!   server) and [`ground_link`] (decision unit and ground station to vehicle) on top of it;
 //! - [`link`]: a byte pipe in virtual time with baud rate, latency and faults.
@@ -18,3 +19,6 @@ pub mod dle;
 pub mod ground_link;
 pub mod link;
 pub mod pheromone_link;
+mod readers;
+
+pub use readers::{Reader, Take, Towards, reader};

@@ -9,7 +9,7 @@ use pheromones::{Field, SenseConfig, Server, ServerConfig, ServerCounters};
 use robot_models::WheelSpeeds;
 use run_context::{Stamp, StateHash};
 use simulator::{BodyId, World};
-use virtual_robots::{MotorReference, PioneerFirmware};
+use virtual_robots::{Board, MotorReference, Port};
 use wire::{
     ground_link::ToVehicle,
     link::{End, Link},
@@ -21,12 +21,9 @@ use crate::{
     transport::{Transport, TransportError},
 };
 use drivers::{
-    GoalNews, GroundClient, GroundStation, GroundStationEvent, PheromoneClient, PioneerDriver,
+    Driver, GoalNews, GroundClient, GroundStation, GroundStationEvent, PheromoneClient,
     failure_text,
 };
-
-/// STOPs for a robot that will hear nothing for a while: one may be lost.
-const N_HOLDS: usize = 3;
 
 /// Packets read along on a line, waiting to be fetched: receiving node, bytes, text.
 pub(super) type Packets = Vec<(&'static str, Vec<u8>, String)>;
@@ -41,11 +38,11 @@ pub(super) struct Scratch {
     events: Vec<GroundStationEvent>,
 }
 
-/// Bytes between the navigation node and a robot's firmware.
+/// Bytes between the navigation node and a robot's board.
 pub(super) struct WiredRobot {
     pub(super) link: Link,
-    pub(super) firmware: PioneerFirmware,
-    pub(super) driver: PioneerDriver,
+    pub(super) board: Box<dyn Board>,
+    pub(super) driver: Box<dyn Driver>,
     pub(super) reference: MotorReference,
 }
 
@@ -54,7 +51,7 @@ pub(super) struct WiredRobot {
 /// When it is dropped, whatever the reason, the robot is told to stop and the session is closed.
 pub(super) struct RemoteRobot {
     transport: Box<dyn Transport>,
-    driver: PioneerDriver,
+    driver: Box<dyn Driver>,
     cuts: Cuts,
     /// When bytes were exchanged last.
     now: Stamp,
@@ -64,7 +61,7 @@ pub(super) struct RemoteRobot {
 }
 
 impl RemoteRobot {
-    pub(super) fn new(transport: Box<dyn Transport>, driver: PioneerDriver) -> Self {
+    pub(super) fn new(transport: Box<dyn Transport>, driver: Box<dyn Driver>) -> Self {
         let (cuts, now) = (Cuts::default(), Stamp::ZERO);
         Self { transport, driver, cuts, now, broken: None, is_broken: false }
     }
@@ -141,9 +138,12 @@ impl RobotLine {
             }
             Self::Wired(robot) => {
                 let Some(body) = body else { return };
-                let WiredRobot { link, firmware, driver, reference } = &mut **robot;
+                let WiredRobot { link, board, driver, reference } = &mut **robot;
                 link.receive(End::B, now, &mut scratch.received);
-                *reference = firmware.step(now, &scratch.received, world, body, &mut scratch.out);
+                let port = Port { received: &scratch.received, out: &mut scratch.out };
+                if let Some(wanted) = board.step(now, world, body, &mut [port]) {
+                    *reference = wanted;
+                }
                 link.send(End::B, now, &scratch.out);
                 let arrived_at_robot = scratch.received.len();
                 scratch.out.clear();
@@ -183,10 +183,7 @@ impl RobotLine {
     pub(super) fn hold(&mut self) {
         if let Self::Remote(robot) = self {
             let mut out = Vec::new();
-            for _ in 0..N_HOLDS {
-                let packed = wire::arcos::Command::Stop.encode(&mut out);
-                debug_assert!(packed.is_ok(), "a packet without argument always fits");
-            }
+            robot.driver.hold(&mut out);
             robot.send(robot.now, &out);
         }
     }
@@ -229,7 +226,7 @@ impl RobotLine {
 
     pub(super) fn absorb_state(&self, hash: &mut StateHash) {
         match self {
-            Self::Wired(robot) => robot.firmware.absorb_state(hash),
+            Self::Wired(robot) => robot.board.absorb_state(hash),
             Self::Direct(robot) => robot.absorb_state(hash),
             Self::Remote(_) => {}
         }

@@ -1,7 +1,8 @@
 //! Reading along on a link: bytes to packets to a line of text each.
 
+use robot_models::RobotModel;
 use wire::{
-    arcos,
+    Reader, Towards,
     dle::{ByteOrder, Receiver},
     ground_link, pheromone_link,
 };
@@ -12,8 +13,8 @@ pub(super) type Taken<'a> = &'a mut dyn FnMut(&'static str, Vec<u8>, String);
 /// A reader of one link in both directions.
 #[derive(Debug)]
 pub(super) enum Tap {
-    /// The robot's link.
-    Arcos { to_robot: arcos::Decoder, to_navigation: arcos::Decoder },
+    /// The robot's link, of which nothing is read where its protocol is not known.
+    Robot(Option<[Box<dyn Reader>; 2]>),
     /// The pheromone server's link.
     Pheromones { to_server: Receiver, to_navigation: Receiver },
     /// The link between ground and vehicle.
@@ -21,8 +22,9 @@ pub(super) enum Tap {
 }
 
 impl Tap {
-    pub(super) fn arcos() -> Self {
-        Self::Arcos { to_robot: arcos::Decoder::new(), to_navigation: arcos::Decoder::new() }
+    pub(super) fn of_robot(model: &RobotModel) -> Self {
+        let reader = |towards| wire::reader(model.protocol()?, towards);
+        Self::Robot(reader(Towards::Robot).zip(reader(Towards::Client)).map(<[_; 2]>::from))
     }
 
     pub(super) fn pheromones() -> Self {
@@ -37,7 +39,10 @@ impl Tap {
     pub(super) fn outward(&mut self, bytes: &[u8], take: Taken<'_>) {
         let order = ByteOrder::default();
         match self {
-            Self::Arcos { to_robot, .. } => arcos_packets(to_robot, bytes, false, "robot", take),
+            Self::Robot(None) => {}
+            Self::Robot(Some([to_robot, _])) => {
+                to_robot.push(bytes, &mut |raw, text| take("robot", raw, text));
+            }
             Self::Pheromones { to_server, .. } => frames(to_server, bytes, &mut |payload, raw| {
                 take("server", raw, pheromone_link::describe(payload, order));
             }),
@@ -51,8 +56,9 @@ impl Tap {
     pub(super) fn inward(&mut self, bytes: &[u8], take: Taken<'_>) {
         let order = ByteOrder::default();
         match self {
-            Self::Arcos { to_navigation, .. } => {
-                arcos_packets(to_navigation, bytes, true, "navigation", take);
+            Self::Robot(None) => {}
+            Self::Robot(Some([_, to_navigation])) => {
+                to_navigation.push(bytes, &mut |raw, text| take("navigation", raw, text));
             }
             Self::Pheromones { to_navigation, .. } => {
                 frames(to_navigation, bytes, &mut |payload, raw| {
@@ -63,24 +69,6 @@ impl Tap {
                 take("navigation", raw, ground_link::describe(payload, order, false));
             }),
         }
-    }
-}
-
-fn arcos_packets(
-    decoder: &mut arcos::Decoder,
-    bytes: &[u8],
-    from_robot: bool,
-    to: &'static str,
-    take: Taken<'_>,
-) {
-    decoder.push(bytes);
-    while let Some(packet) = decoder.next_packet() {
-        let body = packet.body();
-        let count = u8::try_from(body.len() + 2).unwrap_or(u8::MAX);
-        let mut raw = vec![arcos::HEADER[0], arcos::HEADER[1], count];
-        raw.extend_from_slice(body);
-        raw.extend_from_slice(&arcos::checksum(body).to_be_bytes());
-        take(to, raw, arcos::describe(body, from_robot));
     }
 }
 

@@ -4,18 +4,18 @@ use std::{sync::Arc, time::Duration};
 
 use decision::MoveReport;
 use drivers::{
-    GroundClient, GroundLinkConfig, GroundStation, LineTiming, PheromoneClient,
-    PheromoneClientConfig, PioneerDriver, PioneerDriverConfig, PioneerSettings,
+    DriverConfig, GroundClient, GroundLinkConfig, GroundStation, LineTiming, PheromoneClient,
+    PheromoneClientConfig,
 };
 use geometry::{Se2, Transform2};
 use navigator::{
     Command, FailureReason, GroundCommand, Navigator, Observation, Phase, RobotStatus, Sensed,
 };
 use pheromones::{Field, ServerConfig, ServerCounters};
-use robot_models::WheelSpeeds;
+use robot_models::{RobotModel, WheelSpeeds};
 use run_context::{RunSeed, Stamp, StateHash};
 use simulator::{BodyId, World};
-use virtual_robots::{MotorReference, PioneerConfig, PioneerFirmware};
+use virtual_robots::{BatteryConfig, BoardConfig, MotorReference};
 use wire::link::{End, Link, LinkConfig};
 
 pub(super) use super::lines::GroundOrder;
@@ -81,6 +81,7 @@ pub(super) struct Vehicle {
     commands: Vec<Command>,
     scratch: Scratch,
     taps: Option<Box<[(Tap, Packets); 3]>>,
+    model: Arc<RobotModel>,
     link_base: usize,
 }
 
@@ -157,6 +158,7 @@ impl Vehicle {
             commands: Vec::with_capacity(16),
             scratch: Scratch::default(),
             taps: None,
+            model: Arc::clone(&plan.model),
             link_base: 3 * index,
         })
     }
@@ -489,7 +491,7 @@ impl Vehicle {
     /// Begins or ends reading along on its links.
     pub(super) fn set_trace(&mut self, on: bool) {
         let fresh = || {
-            let taps = [Tap::arcos(), Tap::pheromones(), Tap::ground()];
+            let taps = [Tap::of_robot(&self.model), Tap::pheromones(), Tap::ground()];
             Box::new(taps.map(|tap| (tap, Packets::new())))
         };
         self.taps = on.then(fresh);
@@ -557,40 +559,26 @@ fn default_ground_link(plan: &RobotPlan) -> LinkPlan {
     }
 }
 
-/// The fastest wheel speed that Pioneers allow when switched on, m/s.
-const FACTORY_SPEED_MAX_MPS: f64 = 0.75;
-
-/// Limits that have to be set because the robot's own are others.
-fn pioneer_settings(plan: &RobotPlan) -> PioneerSettings {
-    let settings = plan.navigator.settings();
-    let other = |wanted: f64, own: f64| ((wanted - own).abs() > 1e-6).then_some(wanted);
-    // The outer wheel of a curve turns at up to 1.6 times the cruising speed.
-    let wheel_max_mps = (1.6 * settings.speed_mps).min(plan.model.limits.speed_max_mps);
-    PioneerSettings {
-        speed_max_mps: (wheel_max_mps > FACTORY_SPEED_MAX_MPS).then_some(wheel_max_mps),
-        acceleration_mps2: other(
-            settings.acceleration_mps2,
-            plan.model.limits.acceleration_max_mps2,
-        ),
-        ..PioneerSettings::default()
-    }
-}
+/// The outer wheel of a curve turns at up to so many times the cruising speed.
+const OUTER_WHEEL_RATIO: f64 = 1.6;
 
 fn robot_line(plan: &RobotPlan, seed: RunSeed) -> Result<RobotLine, RunError> {
     let transport_error = |source| RunError::Transport { robot: plan.name.clone(), source };
+    let settings = |problem: String| RunError::Settings { robot: plan.name.clone(), problem };
     let sonar_range_max_m = plan.sonar.range_max_m;
     let driver = |line: LineTiming| {
-        PioneerDriver::new(PioneerDriverConfig {
-            wheelbase_m: plan.model.drive.wheelbase_m,
-            settings: pioneer_settings(plan),
-            sonar_range_max_m,
+        let navigator = plan.navigator.settings();
+        let config = DriverConfig {
+            wheel_speed_max_mps: OUTER_WHEEL_RATIO * navigator.speed_mps,
+            acceleration_mps2: navigator.acceleration_mps2,
+            range_max_m: sonar_range_max_m,
             line,
-            ..PioneerDriverConfig::default()
-        })
+        };
+        drivers::driver(&plan.model, &config).map_err(|e| settings(e.to_string()))
     };
     let remote = |transport: Box<dyn Transport>| {
-        let driver = driver(LineTiming::default());
-        RobotLine::Remote(Box::new(RemoteRobot::new(transport, driver)))
+        let driver = driver(LineTiming::default())?;
+        Ok(RobotLine::Remote(Box::new(RemoteRobot::new(transport, driver))))
     };
     Ok(match &plan.link {
         LinkPlan::Direct => {
@@ -599,16 +587,14 @@ fn robot_line(plan: &RobotPlan, seed: RunSeed) -> Result<RobotLine, RunError> {
         }
         LinkPlan::Memory(config) => {
             let rng = seed.stream(&format!("link/{}/robot", plan.name));
-            let link = Link::new(config, rng).map_err(|e| RunError::Settings {
-                robot: plan.name.clone(),
-                problem: e.to_string(),
-            })?;
-            let pioneer = PioneerConfig { name: plan.name.clone(), ..PioneerConfig::default() };
+            let link = Link::new(config, rng).map_err(|e| settings(e.to_string()))?;
             let rng = seed.stream(&format!("robot/{}", plan.name));
+            let board = BoardConfig { name: plan.name.clone(), battery: BatteryConfig::default() };
+            let board = virtual_robots::board(&plan.model, board, rng);
             RobotLine::Wired(Box::new(WiredRobot {
                 link,
-                firmware: PioneerFirmware::new(Arc::clone(&plan.model), pioneer, rng),
-                driver: driver(LineTiming { baud: config.baud, latency: config.latency }),
+                board: board.map_err(|e| settings(e.to_string()))?,
+                driver: driver(LineTiming { baud: config.baud, latency: config.latency })?,
                 reference: MotorReference {
                     wheels: WheelSpeeds::ZERO,
                     acceleration_mps2: plan.model.limits.acceleration_max_mps2,
@@ -616,10 +602,10 @@ fn robot_line(plan: &RobotPlan, seed: RunSeed) -> Result<RobotLine, RunError> {
             }))
         }
         LinkPlan::Tcp { address } => {
-            remote(Box::new(TcpTransport::connect(address).map_err(transport_error)?))
+            remote(Box::new(TcpTransport::connect(address).map_err(transport_error)?))?
         }
         LinkPlan::Serial { device, baud } => {
-            remote(Box::new(SerialTransport::open(device, *baud).map_err(transport_error)?))
+            remote(Box::new(SerialTransport::open(device, *baud).map_err(transport_error)?))?
         }
     })
 }

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use crate::BatteryConfig;
+
 /// What three batteries of 12 V and 7 Ah hold, J; with the powers below they last eight hours of
 /// steady driving at 0.4 m/s, the figures commonly quoted for the robot.
 const CAPACITY_J: f64 = 252.0 * 3600.0;
@@ -15,26 +17,11 @@ const DRIVING_JPM: f64 = 34.0;
 /// Voltage over charge, percent: straight lines between these points.
 const CURVE: [(f64, f64); 3] = [(0.0, 10.0), (20.0, 11.0), (100.0, 12.6)];
 
-/// How a robot's battery stands when it is switched on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BatteryConfig {
-    /// Charge, percent of full, from 0 to 100.
-    pub charge_percent: f64,
-    /// How much faster it empties than a real one; 0: never.
-    pub drain_ratio: f64,
-}
-
 /// A battery.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Battery {
     charge_j: f64,
     drain_ratio: f64,
-}
-
-impl Default for BatteryConfig {
-    fn default() -> Self {
-        Self { charge_percent: 100.0, drain_ratio: 1.0 }
-    }
 }
 
 impl Battery {

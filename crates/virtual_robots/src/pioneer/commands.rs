@@ -5,7 +5,7 @@ use run_context::Stamp;
 use wire::arcos::{Command, Report};
 
 use super::{
-    CommandSet, PioneerFirmware, Session, SimRequest, Stream, TOP_ACCELERATION_MPS2,
+    NumberSet, PioneerFirmware, Session, SimRequest, Stream, TOP_ACCELERATION_MPS2,
     TOP_TURN_ACCELERATION_DEGPS2, motion::heading_from_deg,
 };
 
@@ -32,14 +32,11 @@ impl PioneerFirmware {
             (Session::Synced0 | Session::Synced1, Command::Sync1) => {
                 (Session::Synced1, Report::Sync1)
             }
-            (Session::Synced1 | Session::Ready, Command::Sync2) => (
-                Session::Ready,
-                Report::Sync2 {
-                    name: self.config.name.clone(),
-                    class: self.model.arcos_class.clone(),
-                    subclass: self.model.arcos_subclass.clone(),
-                },
-            ),
+            (Session::Synced1 | Session::Ready, Command::Sync2) => {
+                let [class, subclass] = self.class_and_subclass();
+                let name = self.config.name.clone();
+                (Session::Ready, Report::Sync2 { name, class, subclass })
+            }
             (Session::Ready, Command::Sync1 | Command::Open) => {
                 self.open(now);
                 return;
@@ -59,7 +56,7 @@ impl PioneerFirmware {
         self.last_sip = now;
         self.travel_since_sip_m = [0.0; 2];
         self.sonar.forget_all();
-        self.unknown = CommandSet::default();
+        self.unknown = NumberSet::default();
     }
 
     fn obey_open(&mut self, now: Stamp, command: &Command, out: &mut Vec<u8>) {

@@ -25,8 +25,8 @@
 //! Differences: stalls are reported but do not switch the motors off; there is no gripper, and a
 //! client that asks is told so; tones and auxiliary ports are accepted and do nothing.
 
+mod as_board;
 mod battery;
-mod bumpers;
 mod commands;
 mod device_state;
 mod motion;
@@ -44,13 +44,13 @@ use simulator::{BodyId, World};
 use wire::arcos::Decoder;
 
 use self::{
+    as_board::{N_SEGMENTS, bumper_bearings_deg},
     battery::Battery,
-    bumpers::Bumpers,
-    device_state::{CommandSet, N_REQUESTS_MAX, Stream, Streams},
+    device_state::{N_REQUESTS_MAX, Stream, Streams},
     motion::{Motion, MotionLimits},
     sonar_ring::SonarRing,
 };
-pub use self::{battery::BatteryConfig, device_state::SimRequest};
+use crate::{BatteryConfig, MotorReference, NumberSet, SimRequest, bumpers::Bumpers};
 
 /// A packet that stays unfinished for this long is noise; the manufacturer's library waits as long.
 const UNFINISHED_MAX: Duration = Duration::from_millis(100);
@@ -94,15 +94,6 @@ struct SimTruth {
     bounds_m: Option<[f64; 4]>,
     /// Length of a step of the world.
     step: Duration,
-}
-
-/// What the firmware asks of the motors.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MotorReference {
-    /// Wheel speeds, already ramped under the limits the client set.
-    pub wheels: WheelSpeeds,
-    /// What the motors may accelerate with to get there, m/s².
-    pub acceleration_mps2: f64,
 }
 
 /// What became of the packets received.
@@ -158,7 +149,7 @@ pub struct PioneerFirmware {
     truth: Option<SimTruth>,
     last_interval: Option<Duration>,
     sim_requests: Vec<SimRequest>,
-    unknown: CommandSet,
+    unknown: NumberSet,
     counters: FirmwareCounters,
 }
 
@@ -196,7 +187,7 @@ impl PioneerFirmware {
         let sonar = SonarRing::new(model.sonars.len(), model.ring, config.sonar_on);
         Self {
             battery: Battery::new(config.battery),
-            bumpers: Bumpers::new(model.footprint.corners()),
+            bumpers: Bumpers::new(model.footprint.corners(), bumper_bearings_deg()),
             odometry: Odometry::new(model.drive),
             model,
             config,
@@ -222,7 +213,7 @@ impl PioneerFirmware {
             truth: None,
             last_interval: None,
             sim_requests: Vec::new(),
-            unknown: CommandSet::default(),
+            unknown: NumberSet::default(),
             counters: FirmwareCounters::default(),
         }
     }
@@ -241,7 +232,7 @@ impl PioneerFirmware {
             encoder_ticks: body.encoder_ticks,
             stalled: body.stalled,
             // Nothing lies against a body that touches nothing.
-            bumpers: if body.touching { self.bumpers.pressed(world, body_id) } else { [0; 2] },
+            bumpers: if body.touching { self.pressed(world, body_id) } else { [0; 2] },
         };
         self.truth = self.streams.sim_stat.is_wanted().then(|| truth(world, body_id));
         let mut rng = self.rng.clone();
@@ -309,19 +300,9 @@ impl PioneerFirmware {
         self.odometry.odom_from_base()
     }
 
-    /// What a client asked of the simulator since the last call, in order; at most 16 requests.
-    pub fn take_sim_requests(&mut self) -> impl Iterator<Item = SimRequest> + '_ {
-        self.sim_requests.drain(..)
-    }
-
     /// The real time that the last turn of the simulator's loop took: clients can ask for it.
     pub fn note_interval(&mut self, interval: Duration) {
         self.last_interval = Some(interval);
-    }
-
-    /// Numbers of the commands of this session, or of the last one, that mean nothing to the robot.
-    pub fn unknown_commands(&self) -> impl Iterator<Item = u8> {
-        self.unknown.iter()
     }
 
     /// Time without a packet after which the motors stop; zero when the watchdog is off.

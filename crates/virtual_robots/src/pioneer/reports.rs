@@ -9,8 +9,8 @@ use wire::arcos::{
 };
 
 use super::{
-    FRONT, PioneerFirmware, REAR, Session, TOP_ACCELERATION_MPS2, TOP_TURN_ACCELERATION_DEGPS2,
-    battery::Battery, bumpers::N_SEGMENTS,
+    FRONT, N_SEGMENTS, PioneerFirmware, REAR, Session, TOP_ACCELERATION_MPS2,
+    TOP_TURN_ACCELERATION_DEGPS2, battery::Battery,
 };
 
 /// Speeds below this, m/s, are no motion: what one encoder tick in 100 ms amounts to.
@@ -161,15 +161,22 @@ impl PioneerFirmware {
         })
     }
 
+    /// What it says that it is.
+    pub(super) fn class_and_subclass(&self) -> [String; 2] {
+        let line = self.model.line.as_ref();
+        line.map_or_else(Default::default, |line| [line.class.clone(), line.subclass.clone()])
+    }
+
     pub(super) fn config_pac(&self) -> ConfigPac {
         let limits = &self.motion.limits;
         let per_mm = 0.001 / self.model.drive.metres_per_tick();
         let degrees = |rad: f64| rad.to_degrees().round() as u16;
         let millimetres = |m: f64| (1000.0 * m).round() as u16;
         let whole_ms = |time: Duration| u8::try_from(time.as_millis()).unwrap_or(u8::MAX);
+        let [class, subclass] = self.class_and_subclass();
         ConfigPac {
-            class: self.model.arcos_class.clone(),
-            subclass: self.model.arcos_subclass.clone(),
+            class,
+            subclass,
             serial: self.config.serial.clone(),
             name: self.config.name.clone(),
             rotation_top_degps: degrees(self.model.limits.turn_rate_max_radps),

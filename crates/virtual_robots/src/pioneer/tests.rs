@@ -2,6 +2,7 @@
 
 mod manual;
 
+use geometry::Vec2;
 use run_context::RunSeed;
 use wire::arcos::{Command, ConfigPac, Report, Sip};
 
@@ -487,7 +488,7 @@ fn what_means_nothing_is_counted_and_changes_nothing() {
     bench.send(&[Command::HostBaud(2), Command::IoRequest(1), Command::Say(vec![1, 2])]);
     let counters = bench.firmware.counters();
     assert_eq!((counters.n_unknown, counters.n_malformed), (2, 1));
-    assert_eq!(bench.firmware.unknown_commands().collect::<Vec<_>>(), [58, 251]);
+    assert_eq!(bench.firmware.unknown.iter().collect::<Vec<_>>(), [58, 251]);
     assert!(bench.firmware.is_open() && bench.reference.is_zero());
 }
 
@@ -636,5 +637,23 @@ mod recorded {
             }
         }
         assert!(n_sips > 250, "{n_sips}");
+    }
+}
+
+#[test]
+fn bumper_segments_run_clockwise_and_leave_the_sides_out() {
+    let square = [(0.2, -0.2), (0.2, 0.2), (-0.2, 0.2), (-0.2, -0.2)].map(|(x, y)| Vec2::new(x, y));
+    let bumpers = Bumpers::new(&square, super::bumper_bearings_deg());
+    let bearing = |outline: &Vec<Vec2>| {
+        let middle: Vec2 = outline.iter().filter(|c| c.norm() > 0.1).sum();
+        middle.y.atan2(middle.x).to_degrees()
+    };
+    let found: Vec<f64> = bumpers.outlines().iter().map(bearing).collect();
+    for (found, expected) in found[..5].iter().zip([54.0, 27.0, 0.0, -27.0, -54.0]) {
+        // Corners are not spread evenly over a segment, so its middle is only near.
+        assert!((found - expected).abs() < 6.0, "{found}");
+    }
+    for (found, expected) in found[5..].iter().zip([-126.0, -153.0, 180.0, 153.0, 126.0]) {
+        assert!(((found - expected + 540.0) % 360.0 - 180.0).abs() < 6.0, "{found}");
     }
 }

@@ -22,6 +22,7 @@ mod device_pacs;
 #[cfg(test)]
 mod device_pacs_tests;
 mod fields;
+mod reader;
 mod sip;
 #[cfg(test)]
 mod tests;
@@ -31,6 +32,7 @@ pub use config_pac::{ConfigPac, EncoderPac};
 pub use decoder::{Decoder, Packet};
 pub use describe::describe;
 pub use device_pacs::{GripperPac, IoPac, SimStatPac};
+pub(crate) use reader::reader;
 pub use sip::{IoFields, PowerFields, Report, ReportError, Sip, SonarReading, SonarReadings};
 
 /// The two bytes that open every packet.

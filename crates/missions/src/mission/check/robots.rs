@@ -53,8 +53,14 @@ fn group(key: &str, file: &RobotFile) -> Checked<Vec<RobotPlan>> {
     ring::fit(key, &file.sonar, &mut model)?;
     ring::hears_ahead(key, &file.navigator, &model)?;
     let link = link(&format!("{key}.link"), &file.link, N_LINKS)?;
-    if !model.speaks_arcos() && !matches!(link, LinkPlan::Direct) {
-        let allowed = format!("`direct`: the line of {} is not simulated", model.title);
+    let (here, there) = (virtual_robots::has_board(&model), drivers::has_driver(&model));
+    let refused = match link {
+        LinkPlan::Direct => None,
+        LinkPlan::Memory(_) => (!(here && there)).then_some("simulated"),
+        LinkPlan::Tcp { .. } | LinkPlan::Serial { .. } => (!there).then_some("known here"),
+    };
+    if let Some(what) = refused {
+        let allowed = format!("`direct`: the line of {} is not {what}", model.title);
         return Err(Wrong::new(format!("{key}.link.kind"), &file.link.kind, allowed));
     }
     let teleoperator = file.teleoperator.as_ref();

@@ -1,0 +1,60 @@
+//! What every driver of a robot is to those who run it.
+//!
+//! A trait and not an enum, because a robot can come from outside this crate. Who steps drivers (a mission, a test)
+//! needs no robot's name.
+
+use std::{fmt::Debug, time::Duration};
+
+use navigator::{Command, Observation};
+use run_context::Stamp;
+
+/// The client of one robot: received bytes become observations, commands become bytes.
+///
+/// It connects by itself at its first steps and again whenever the robot was lost, and it goes by one rule: whoever loses
+/// sight stops first. It ends with wheels at rest. It never panics on bytes, whatever they are.
+pub trait Driver: Debug + Send + Sync {
+    /// Takes received bytes; appends what was observed and what is to be sent.
+    ///
+    /// Call it every few milliseconds, with or without bytes; `now` never goes back. Each observation says
+    /// when it was true, as well as the driver knows.
+    fn step(
+        &mut self,
+        now: Stamp,
+        received: &[u8],
+        observations: &mut Vec<Observation>,
+        out: &mut Vec<u8>,
+    );
+
+    /// Sends a command of the navigator. While there is no connection motion commands are forgotten; commands
+    /// for other drivers are passed over.
+    fn command(&mut self, now: Stamp, command: &Command, out: &mut Vec<u8>);
+
+    /// Ends the session, in whatever state it is: wheels at rest, connection closed.
+    fn disconnect(&mut self, now: Stamp, out: &mut Vec<u8>);
+
+    /// Appends what makes the robot stand for as long as its driver sends nothing; the driver will not know of it.
+    fn hold(&self, out: &mut Vec<u8>);
+
+    /// Whether the robot is heard.
+    fn is_connected(&self) -> bool;
+}
+
+/// What the way of bytes takes, so that their content can be dated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LineTiming {
+    /// Line speed, bits per second at 10 bits per byte; `None` takes no time.
+    pub baud: Option<u32>,
+    /// Delay besides.
+    pub latency: Duration,
+}
+
+impl LineTiming {
+    /// When a packet of `n_bytes` that has just arrived was sent.
+    pub fn sent_at(self, now: Stamp, n_bytes: usize) -> Stamp {
+        let bits = 10 * n_bytes as u64;
+        let nanos = self.baud.and_then(|baud| (bits * 1_000_000_000).checked_div(baud.into()));
+        let way = self.latency + Duration::from_nanos(nanos.unwrap_or(0));
+        let way_nanos = u64::try_from(way.as_nanos()).unwrap_or(u64::MAX);
+        Stamp::from_nanos(now.as_nanos().saturating_sub(way_nanos))
+    }
+}
