@@ -10,6 +10,9 @@
 //! Every function panics when a promise is broken; that is how a fuzzer notices.
 #![expect(clippy::missing_panics_doc, reason = "a panic is how every target reports a fault")]
 
+mod lasers;
+
+pub use lasers::{ld06_decoder, rplidar_decoder, sick_decoder};
 use pheromones::{Field, Server, ServerConfig};
 use recordings::ReadOptions;
 use wire::{
@@ -30,11 +33,14 @@ pub const TARGETS: &[(&str, Target)] = &[
     ("decision_image", decision_image),
     ("dle_receiver", dle_receiver),
     ("ground_link", ground_link),
+    ("ld06_decoder", ld06_decoder),
     ("mat_file", mat_file),
     ("mission_file", mission_file),
     ("pheromone_map", pheromone_map),
     ("pheromone_server", pheromone_server),
     ("recording_file", recording_file),
+    ("rplidar_decoder", rplidar_decoder),
+    ("sick_decoder", sick_decoder),
     ("trajectory_file", trajectory_file),
 ];
 

@@ -157,7 +157,7 @@ fn a_method_that_does_not_exist_is_answered_with_those_that_do() {
         SMALL,
         &["world.walls.material=jelly"],
         &expect![[
-            r#"--set world.walls.material=jelly: world.walls[0].material = "jelly": must be one of `plaster`, `wood`, `glass`, `fabric`, `metal`, `cardboard`, `person`"#
+            r#"--set world.walls.material=jelly: world.walls[0].material = "jelly": must be one of `plaster`, `wood`, `glass`, `fabric`, `metal`, `cardboard`, `person`, `mirror`"#
         ]],
     );
 }

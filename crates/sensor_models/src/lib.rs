@@ -1,8 +1,9 @@
 //! What a sensor returns for a given scene, and what a reading says about one.
 //!
 //! [`SonarModel`] is the ultrasonic ring of a Pioneer: a cone, a nearest strong enough echo,
-//! surfaces that mirror sound away. [`FiringSchedule`] says which sensor fires when. The scene is
-//! anything that rays can be cast into ([`geometry::RayCaster`]), whose tags are indices into a
+//! surfaces that mirror sound away. [`FiringSchedule`] says which sensor fires when. [`LaserModel`] is
+//! a scanning range finder, [`Sweep`] fires its beams one after the other while the robot moves, and
+//! [`PlanarScan`] is what a client makes of one's readings. The scene is anything that rays can be cast into ([`geometry::RayCaster`]), whose tags are indices into a
 //! list of [`Material`]s.
 //!
 //! The other way round, what a reading says about the world: [`ConeModel`] and the source's
@@ -18,8 +19,8 @@ mod sonar;
 
 pub use firing::{Firing, FiringSchedule};
 pub use inverse_sonar::{ArcFocus, ArcProfile, ConeModel, ProfileForm, Region};
-pub use laser::LaserModel;
+pub use laser::{Beam, BeamSight, LaserEcho, LaserKind, LaserModel, PlanarScan, ScanBeam, Sweep};
 pub use material::{
-    Material, PERSON_TAG, ROBOT_TAG, WALL_TAG, material_by_name, materials, materials_like,
+    Light, Material, PERSON_TAG, ROBOT_TAG, WALL_TAG, material_by_name, materials, materials_like,
 };
 pub use sonar::{Echo, EchoCause, ModelRange, SonarModel};

@@ -1,8 +1,8 @@
-//! Surfaces as sound sees them.
+//! Surfaces as sound and light see them.
 
 use std::f64::consts::FRAC_PI_2;
 
-/// A surface as a sonar sees it.
+/// A surface as a sonar and a laser see it.
 ///
 /// Sound of 50 kHz has a wavelength of 7 mm. A surface that is smooth at that scale is a mirror:
 /// beyond a critical angle of incidence the echo goes elsewhere. A rough one scatters.
@@ -18,6 +18,27 @@ pub struct Material {
     /// Strength of what is scattered back beyond that angle, before the cosine of the incidence,
     /// from 0 to 1. Zero: nothing comes back.
     pub diffuse_ratio: f64,
+    /// What it does to a laser's beam.
+    pub light: Light,
+}
+
+/// What a surface does to the near-infrared beam of a laser range finder. The three parts add up to
+/// at most 1; the rest is swallowed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Part that is scattered to all sides (remission), from 0 to 1: what a range finder lives on.
+    pub diffuse_ratio: f64,
+    /// Part that goes on as from a mirror, from 0 to 1.
+    pub mirrored_ratio: f64,
+    /// Part that goes straight through, from 0 to 1.
+    pub transmitted_ratio: f64,
+}
+
+impl Light {
+    /// A surface that scatters only.
+    const fn matt(diffuse_ratio: f64) -> Self {
+        Self { diffuse_ratio, mirrored_ratio: 0.0, transmitted_ratio: 0.0 }
+    }
 }
 
 /// Tag of walls whose material nobody states: plaster.
@@ -31,49 +52,66 @@ pub const PERSON_TAG: u32 = 6;
 /// The surfaces there are, in the order of their tags; tag 0 is a plastered wall.
 ///
 /// The critical angles are our choice within the usual experience that painted walls vanish
-/// beyond some 25 to 30 degrees, glass and steel earlier, and cloth hardly ever.
-static MATERIALS: [Material; 7] = [
+/// beyond some 25 to 30 degrees, glass and steel earlier, and cloth hardly ever. For light, clear
+/// glass reflects about 4 % at each of its two faces (Fresnel, refractive index 1.5); the
+/// remissions are our choice within what makers of range finders quote: white plaster 80 %, cardboard
+/// and wood around 50 to 60 %, dark cloth 10 to 40 %.
+static MATERIALS: [Material; 8] = [
     Material {
         name: "plaster",
         specular_from_rad: 0.52,
         reflectivity_ratio: 1.0,
         diffuse_ratio: 0.12,
+        light: Light::matt(0.8),
     },
     Material {
         name: "wood",
         specular_from_rad: 0.61,
         reflectivity_ratio: 0.9,
         diffuse_ratio: 0.18,
+        light: Light::matt(0.5),
     },
     Material {
         name: "glass",
         specular_from_rad: 0.26,
         reflectivity_ratio: 1.0,
         diffuse_ratio: 0.0,
+        light: Light { diffuse_ratio: 0.0, mirrored_ratio: 0.08, transmitted_ratio: 0.85 },
     },
     Material {
         name: "fabric",
         specular_from_rad: 1.22,
         reflectivity_ratio: 0.35,
         diffuse_ratio: 0.20,
+        light: Light::matt(0.4),
     },
     Material {
         name: "metal",
         specular_from_rad: 0.30,
         reflectivity_ratio: 1.0,
         diffuse_ratio: 0.0,
+        light: Light { diffuse_ratio: 0.3, mirrored_ratio: 0.5, transmitted_ratio: 0.0 },
     },
     Material {
         name: "cardboard",
         specular_from_rad: 0.70,
         reflectivity_ratio: 0.8,
         diffuse_ratio: 0.20,
+        light: Light::matt(0.6),
     },
     Material {
         name: "person",
         specular_from_rad: FRAC_PI_2,
         reflectivity_ratio: 0.45,
         diffuse_ratio: 0.25,
+        light: Light::matt(0.3),
+    },
+    Material {
+        name: "mirror",
+        specular_from_rad: 0.26,
+        reflectivity_ratio: 1.0,
+        diffuse_ratio: 0.0,
+        light: Light { diffuse_ratio: 0.005, mirrored_ratio: 0.9, transmitted_ratio: 0.0 },
     },
 ];
 
@@ -126,6 +164,10 @@ mod tests {
             assert!((0.0..=FRAC_PI_2).contains(&m.specular_from_rad), "{m:?}");
             assert!((0.0..=1.0).contains(&m.reflectivity_ratio), "{m:?}");
             assert!((0.0..=1.0).contains(&m.diffuse_ratio), "{m:?}");
+            let Light { diffuse_ratio, mirrored_ratio, transmitted_ratio } = m.light;
+            let parts = [diffuse_ratio, mirrored_ratio, transmitted_ratio];
+            assert!(parts.iter().all(|part| (0.0..=1.0).contains(part)), "{m:?}");
+            assert!(parts.iter().sum::<f64>() <= 1.0, "{m:?}");
         }
     }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use geometry::{Se2, Segment, SegmentWorld, Vec2};
 use recordings::{LaserRig, Scan};
 use run_context::{RunSeed, Stamp};
-use sensor_models::LaserModel;
+use sensor_models::{LaserModel, materials};
 use slam::{
     evaluate::absolute_errors,
     laser::{LaserConfig, LaserSlam, Rejection, Tracking},
@@ -86,7 +86,8 @@ fn scans(drift_rad: Option<f64>, range_max_m: f64) -> Vec<Scan> {
             let drift_rad = drift_rad.unwrap_or(0.0) * step.position().norm();
             odom = odom.compose(step).compose(Se2::new(0.0, 0.0, drift_rad));
         }
-        laser.scan(pose.compose(rig.base_from_sensor), &world, &mut rng, &mut ranges_m);
+        let world_from_sensor = pose.compose(rig.base_from_sensor);
+        laser.scan(world_from_sensor, &world, materials(), &mut rng, &mut ranges_m);
         scans.push(Scan {
             stamp: Stamp::from_millis(200 * i as u64),
             odom_from_base: drift_rad.map(|_| odom),

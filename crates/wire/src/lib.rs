@@ -7,6 +7,7 @@
 //! - [`reader`]: whoever reads along on a robot's line, by the name of its protocol;
 //! - [`dle`]: the DLE framing of the radio links, with [`pheromone_link`] (robot to pheromone
 //!   server) and [`ground_link`] (decision unit and ground station to vehicle) on top of it;
+//! - [`sick_lms`], [`rplidar`], [`ld06`]: scanning lasers;
 //! - [`link`]: a byte pipe in virtual time with baud rate, latency and faults.
 //!
 //! Every decoder takes bytes from strangers: none panics, each does bounded work per byte and keeps
@@ -17,8 +18,12 @@
 pub mod arcos;
 pub mod dle;
 pub mod ground_link;
+pub mod ld06;
 pub mod link;
+mod pending;
 pub mod pheromone_link;
 mod readers;
+pub mod rplidar;
+pub mod sick_lms;
 
 pub use readers::{Reader, Take, Towards, reader};

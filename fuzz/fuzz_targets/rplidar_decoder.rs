@@ -1,0 +1,5 @@
+//! Feeds bytes to `fuzz_targets::rplidar_decoder`.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| fuzz_targets::rplidar_decoder(bytes));
