@@ -106,10 +106,7 @@ impl GroundClient {
                 let reason = failure_code(reason);
                 self.end(|number| ToGround::Failed { number, reason })
             }
-            // A cast from a float saturates: 655 m and more are sent as 65 535 cm.
-            Report::Sonar(ranges_m) => {
-                ToGround::Sonar(ranges_m.map(|range_m| (100.0 * range_m).round() as u16))
-            }
+            Report::Sonar(ranges_m) => sonar_report(&ranges_m),
             Report::LinkEcho => ToGround::LinkTest,
         };
         self.send(message, out);
@@ -199,6 +196,12 @@ impl GroundClient {
     fn send(&self, message: ToGround, out: &mut Vec<u8>) {
         message.encode(self.config.byte_order, self.config.framing, out);
     }
+}
+
+/// The report of the front sonars, whole centimetres: 655 m and more are sent as 65 535 cm.
+pub fn sonar_report(ranges_m: &[f64; 8]) -> ToGround {
+    // A cast from a float saturates.
+    ToGround::Sonar(ranges_m.map(|range_m| (100.0 * range_m).round() as u16))
 }
 
 /// Something the ground learnt.

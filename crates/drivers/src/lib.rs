@@ -26,7 +26,7 @@ mod tests;
 pub use driver::{Driver, LineTiming};
 pub use ground::{
     GoalNews, GroundClient, GroundLinkConfig, GroundStation, GroundStationEvent, failure_code,
-    failure_text,
+    failure_text, sonar_report,
 };
 pub use pheromones::{PheromoneClient, PheromoneClientConfig, PheromoneCounters};
 pub use pioneer::{

@@ -23,6 +23,7 @@
 //! The same build on the same machine, given the same mission, seed and interventions, produces the
 //! same bits, whatever the number of threads.
 
+mod asked;
 mod cut;
 mod intervention;
 mod mission;

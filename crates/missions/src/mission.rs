@@ -45,6 +45,8 @@ pub struct Mission {
     parts: Parts,
     /// The files that it was read from.
     read_from: Vec<PathBuf>,
+    /// What had to be guessed when they were read, a sentence each.
+    guesses: Vec<String>,
 }
 
 /// The checked tables.
@@ -124,13 +126,17 @@ impl Mission {
         text: &str,
         overrides: &[String],
     ) -> Result<Self, MissionError> {
-        let read_from = RefCell::new(Vec::new());
+        let (read_from, guesses) = (RefCell::new(Vec::new()), RefCell::new(Vec::new()));
         let read = |file: &str| {
-            read_from.borrow_mut().push(folder.join(file));
-            read_file(&folder.join(file))
+            let path = folder.join(file);
+            read_from.borrow_mut().push(path.clone());
+            if path.extension().is_some_and(|end| end.eq_ignore_ascii_case("rdpl")) {
+                return read_program(&path, &mut guesses.borrow_mut());
+            }
+            read_file(&path)
         };
         let mut mission = Self::build(origin, text, overrides, &read)?;
-        mission.read_from = read_from.take();
+        (mission.read_from, mission.guesses) = (read_from.take(), guesses.take());
         Ok(mission)
     }
 
@@ -247,9 +253,10 @@ impl Mission {
     }
 
     /// What is allowed and yet hardly meant, a sentence each: nothing that could fail, events that never happen, robots that
-    /// must arrive and are never sent, warnings of the decision program.
+    /// must arrive and are never sent, warnings of the decision program, an encoding that had to be guessed.
     pub fn warnings(&self) -> Vec<String> {
-        check::warnings(&self.file, &self.parts)
+        let found = check::warnings(&self.file, &self.parts);
+        self.guesses.iter().cloned().chain(found).collect()
     }
 
     /// The mission as TOML that stands alone: files inlined, overrides applied, defaults written
@@ -265,7 +272,7 @@ impl Mission {
     }
 
     pub(crate) fn from_parts(file: MissionFile, parts: Parts) -> Self {
-        Self { file, parts, read_from: Vec::new() }
+        Self { file, parts, read_from: Vec::new(), guesses: Vec::new() }
     }
 
     pub(crate) fn parts(&self) -> &Parts {
@@ -345,6 +352,25 @@ fn inline(
 
 fn read_file(path: &Path) -> Result<String, MissionError> {
     Ok(files::read_text(path, "the mission")?)
+}
+
+/// A decision program in whatever encoding its editor saved it, as `cairn rdpl` reads it.
+fn read_program(path: &Path, guesses: &mut Vec<String>) -> Result<String, MissionError> {
+    let limit = files::Limit::bytes(decision::SOURCE_BYTES_MAX as u64);
+    let bytes = files::read(path, "the decision program", limit, &mut |_, _| {})?;
+    let read = decision::read_source(&bytes);
+    let read_as = match read.encoding {
+        decision::Encoding::Utf8 => return Ok(read.text),
+        decision::Encoding::Utf16 => "UTF-16",
+        decision::Encoding::Latin1 => "Latin-1",
+    };
+    guesses.push(format!(
+        "{}, line {}: this is not UTF-8 and was read as {read_as} ({} such lines); save it as UTF-8",
+        path.display(),
+        read.first_odd_line,
+        read.n_odd_lines
+    ));
+    Ok(read.text)
 }
 
 fn read_shipped(name: &str) -> Result<String, MissionError> {

@@ -45,6 +45,7 @@ pub(crate) fn outline(
             }
             Action::Goal { .. } => "a goal is given".to_owned(),
             Action::Stop { .. } => "a stop is ordered".to_owned(),
+            Action::Ask { asked, .. } => asked.done().to_owned(),
             Action::Program(action) => action.to_string(),
             Action::PlaceBox { name, .. } => format!("{name} is put down"),
             Action::Remove { name } => format!("{name} is taken away"),

@@ -12,6 +12,7 @@ mod direct;
 mod direct_ground;
 mod ground;
 mod hand;
+mod inquiry;
 mod judge;
 mod lines;
 mod metrics;
@@ -34,6 +35,7 @@ use run_context::{RunSeed, Stamp, StateHash};
 use simulator::{ThingId, World};
 
 use crate::{
+    asked::Asked,
     cut::{Direction, Line},
     intervention::{Intervention, InterventionError, RecordedIntervention, to_thousandths},
     mission::{
@@ -480,6 +482,11 @@ impl Run {
                 decision.act(action);
                 self.note(LogLevel::Warn, action.to_string());
             }
+            Action::Ask { robots, asked } => {
+                for robot in robots {
+                    self.ask(robot, asked);
+                }
+            }
             Action::Stop { robots } => robots.into_iter().for_each(|robot| self.send_stop(robot)),
             Action::PlaceBox { name, at, size_m } => {
                 if let Err(error) = self.put_box(&name, at, size_m) {
@@ -503,6 +510,13 @@ impl Run {
             let name = self.vehicles[robot].name.clone();
             self.note(LogLevel::Info, format!("goal for {name}: {}", words(goal)));
         }
+    }
+
+    fn ask(&mut self, robot: usize, asked: Asked) {
+        let now = self.now();
+        self.vehicles[robot].ask(asked, now);
+        let text = format!("{}: {}", self.vehicles[robot].name, asked.done());
+        self.note(LogLevel::Info, text);
     }
 
     fn send_stop(&mut self, robot: usize) {

@@ -70,6 +70,7 @@ fn three_errands_are_done_one_after_another_and_one_fails() {
     let seen = statuses(&mut errands);
     assert_no_goal_skipped(&seen, 10.0, "errands");
     assert!(errands.finished().unwrap().passed, "{:?}", errands.finished());
+    assert_eq!(byte(&errands, "M0"), 2, "STC kept the state in which an errand failed");
     let log: Vec<String> = errands.drain_log().into_iter().map(|item| item.text).collect();
     let heard: Vec<&str> = log
         .iter()
@@ -334,5 +335,44 @@ fn wrong_settings_of_the_decision_node_are_refused() {
         );
         let error = Mission::parse("devices", &text, &[]).unwrap_err().to_string();
         assert!(error.contains(words), "{device}: {error}");
+    }
+}
+
+/// Log lines of the errands, up to 20 s, that say what the ground asked and what it heard.
+fn asked(events: &str, link: &str) -> Vec<String> {
+    let mut run = errands_with(PROGRAM, events, &[link]);
+    while run.now().as_secs_f64() < 20.0 {
+        run.step();
+    }
+    let words = ["answers the link test", "sonars:", "begins anew", "does not answer for"];
+    let log = run.drain_log().into_iter().map(|item| item.text);
+    log.filter(|text| words.iter().any(|word| text.contains(word))).collect()
+}
+
+/// Over bytes and without, whole and cut either way: an answer comes once, or its absence is said.
+#[test]
+fn what_the_ground_asks_is_answered_or_the_silence_is_told() {
+    let cut = |direction: &str| {
+        format!(
+            "[[events]]\nat_s = 0.1\ndo = \"cut_link\"\nrobot = \"assistant\"\nline = \"ground\"\n\
+             direction = \"{direction}\"\n"
+        )
+    };
+    for link in ["decision.link.kind=memory", "decision.link.kind=direct"] {
+        let answers = asked("", link);
+        let [test, sonar, anew] = &answers[..] else { panic!("{link}: {answers:?}") };
+        assert!(test.starts_with("assistant answers the link test after 0.0"), "{link}: {test}");
+        // The wall behind the store room's door is 3.7 m ahead of the first sonars to the right.
+        assert!(sonar.starts_with("assistant reports its front sonars: 2."), "{link}: {sonar}");
+        assert!(anew.starts_with("assistant begins anew, as it says after 0.0"), "{link}: {anew}");
+        for direction in ["both", "to_ground", "from_ground"] {
+            let answers = asked(&cut(direction), link);
+            assert_eq!(answers.len(), 3, "{link} {direction}: {answers:?}");
+            for of in ["the link is tested", "a sonar report", "a restart"] {
+                let is_told =
+                    |text: &String| text.contains("does not answer for") && text.contains(of);
+                assert!(answers.iter().any(is_told), "{link} {direction}: {answers:?}");
+            }
+        }
     }
 }

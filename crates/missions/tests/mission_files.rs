@@ -539,3 +539,32 @@ fn artemic_has_no_line_to_be_simulated() {
         ],
     );
 }
+
+/// A program that an old editor saved is read as `cairn rdpl` reads it, and it is said.
+#[test]
+fn a_program_of_another_encoding_is_read_and_the_guess_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = "AND O0,I0,1L,1L,1L ; Tür\nOR O1,I0,0L,0L,0L\n";
+    let latin: Vec<u8> = source.chars().map(|c| c as u8).collect();
+    let utf_16: Vec<u8> =
+        [0xFEFF].into_iter().chain(source.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    let cases = [
+        (source.as_bytes().to_vec(), None),
+        (latin, Some("line 1: this is not UTF-8 and was read as Latin-1 (1 such lines)")),
+        (utf_16, Some("line 1: this is not UTF-8 and was read as UTF-16 (2 such lines)")),
+    ];
+    let mission = "[mission]\nname = \"own\"\n[decision]\nprogram_file = \"own.rdpl\"\n\
+                   [success]\nmoves_sent = 0\n";
+    for (bytes, told) in cases {
+        std::fs::write(folder.path().join("own.rdpl"), bytes).unwrap();
+        let read = Mission::parse_in(folder.path(), "own.toml", mission, &[]).unwrap();
+        let text = read.program_source().unwrap().trim_start_matches('\u{FEFF}');
+        assert_eq!(text, source);
+        let guesses: Vec<String> =
+            read.warnings().into_iter().filter(|w| w.contains("own.rdpl")).collect();
+        match told {
+            None => assert!(guesses.is_empty(), "{guesses:?}"),
+            Some(told) => assert!(guesses[0].contains(told), "{guesses:?}"),
+        }
+    }
+}

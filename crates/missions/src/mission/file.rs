@@ -762,13 +762,13 @@ pub struct EventFile {
     /// When, seconds.
     pub at_s: f64,
     /// `press`, `release`, `goal`, `stop`, `place_box`, `remove`, `cut_link`, `restore_link`, `stop_program`,
-    /// `run_program` or `stall_program`.
+    /// `run_program`, `stall_program`, `test_link`, `report_sonar` or `restart`.
     #[serde(rename = "do")]
     pub action: String,
     /// `press`, `release`: the device.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub device: String,
-    /// `goal`, `stop`, `cut_link`, `restore_link`: the robot.
+    /// `goal`, `stop`, `cut_link`, `restore_link`, `test_link`, `report_sonar`, `restart`: the robot.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub robot: String,
     /// `goal`: x, y (m), yaw (degrees).

@@ -12,7 +12,10 @@ use run_context::Stamp;
 use sensor_models::SonarModel;
 use wire::link::LinkConfig;
 
-use crate::cut::{Direction, Line};
+use crate::{
+    asked::Asked,
+    cut::{Direction, Line},
+};
 
 /// The static surroundings and everything in them.
 #[derive(Clone, Debug, Default)]
@@ -219,6 +222,11 @@ pub(crate) enum Action {
     },
     Stop {
         robots: Vec<usize>,
+    },
+    /// The ground asks these robots something, or to begin anew.
+    Ask {
+        robots: Vec<usize>,
+        asked: Asked,
     },
     PlaceBox {
         name: String,

@@ -6,10 +6,16 @@
 
 use std::time::Duration;
 
+use drivers::GroundStationEvent;
+use navigator::{GroundCommand, Sensed};
 use run_context::Stamp;
+use wire::ground_link::ToGround;
 
 use super::lines::{GroundOrder, Telemetry};
-use crate::cut::{Cuts, Direction};
+use crate::{
+    asked::Asked,
+    cut::{Cuts, Direction},
+};
 
 /// A line to the ground without bytes.
 #[derive(Debug)]
@@ -58,6 +64,21 @@ impl DirectGround {
             self.order = Some(GroundOrder::Stop);
         }
         if self.cuts.back { None } else { self.order.take() }
+    }
+
+    /// What reaches the robot of a question, if the line to it is whole: nobody keeps one.
+    pub(super) fn pass(&self, asked: Asked) -> Option<Sensed> {
+        let command = match asked {
+            Asked::Link => GroundCommand::LinkTest,
+            Asked::Sonar => GroundCommand::ReportSonar,
+            Asked::Restart => return None,
+        };
+        (!self.cuts.back).then_some(Sensed::Ground(command))
+    }
+
+    /// An answer of the robot as the ground hears it, if the line from it is whole.
+    pub(super) fn heard(&self, answer: ToGround) -> Option<GroundStationEvent> {
+        (!self.cuts.away).then_some(GroundStationEvent::Heard(answer))
     }
 
     /// The robot reports the end of its goal.

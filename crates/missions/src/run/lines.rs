@@ -11,18 +11,19 @@ use run_context::{Stamp, StateHash};
 use simulator::{BodyId, World};
 use virtual_robots::{Board, MotorReference, Port};
 use wire::{
-    ground_link::ToVehicle,
+    ground_link::{ToGround, ToVehicle},
     link::{End, Link},
 };
 
 use super::{direct::DirectRobot, direct_ground::DirectGround, tap::Tap};
 use crate::{
+    asked::Asked,
     cut::{Cuts, Direction},
     transport::{Transport, TransportError},
 };
 use drivers::{
     Driver, GoalNews, GroundClient, GroundStation, GroundStationEvent, PheromoneClient,
-    failure_text,
+    failure_text, sonar_report,
 };
 
 /// Packets read along on a line, waiting to be fetched: receiving node, bytes, text.
@@ -35,7 +36,8 @@ pub(super) struct Scratch {
     pub(super) observations: Vec<Observation>,
     received: Vec<u8>,
     out: Vec<u8>,
-    events: Vec<GroundStationEvent>,
+    /// What the ground learnt in this step.
+    pub(super) events: Vec<GroundStationEvent>,
 }
 
 /// Bytes between the navigation node and a robot's board.
@@ -362,6 +364,15 @@ impl ServerLine {
 pub(super) enum GroundOrder {
     GoTo(Se2),
     Stop,
+    /// To forget its goal and connect to the robot anew.
+    Restart,
+}
+
+/// What leaves the ground in a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct FromGround {
+    pub(super) order: Option<GroundOrder>,
+    pub(super) question: Option<Asked>,
 }
 
 /// Bytes between the navigation node and the ground.
@@ -398,19 +409,27 @@ impl GroundLine {
     pub(super) fn observe(
         &mut self,
         now: Stamp,
-        order: Option<GroundOrder>,
+        FromGround { order, question }: FromGround,
         telemetry: &mut Telemetry,
         scratch: &mut Scratch,
         trace: Option<(&mut Tap, &mut Packets)>,
     ) {
+        scratch.events.clear();
         match self {
             Self::Direct(ground) => {
+                if let Some(value) = question.and_then(|asked| ground.pass(asked)) {
+                    scratch.observations.push(Observation { about: now, value });
+                }
                 if let Some(order) = ground.step(now, order, telemetry) {
                     let value = Sensed::Ground(match order {
                         GroundOrder::GoTo(pose) => {
                             GroundCommand::GoTo { goal_in_map: Transform2::new(pose) }
                         }
                         GroundOrder::Stop => GroundCommand::Stop,
+                        GroundOrder::Restart => {
+                            scratch.events.extend(ground.heard(ToGround::Restarted));
+                            GroundCommand::Restart
+                        }
                     });
                     scratch.observations.push(Observation { about: now, value });
                 }
@@ -419,7 +438,6 @@ impl GroundLine {
                 let WiredGround { link, station, client } = &mut **wired;
                 scratch.received.clear();
                 scratch.out.clear();
-                scratch.events.clear();
                 match order {
                     Some(GroundOrder::GoTo(pose)) => {
                         station.go_to(now, on_the_wire(pose), &mut scratch.out);
@@ -427,7 +445,13 @@ impl GroundLine {
                     Some(GroundOrder::Stop) => {
                         station.send(now, ToVehicle::Stop, &mut scratch.out);
                     }
+                    Some(GroundOrder::Restart) => {
+                        station.send(now, ToVehicle::Restart, &mut scratch.out);
+                    }
                     None => {}
+                }
+                if let Some(asked) = question {
+                    station.send(now, asked.message(), &mut scratch.out);
                 }
                 link.receive(End::B, now, &mut scratch.received);
                 station.step(now, &scratch.received, &mut scratch.events, &mut scratch.out);
@@ -457,6 +481,12 @@ impl GroundLine {
                 Command::Report(Report::Arrived) => ground.report(Telemetry::Arrived, telemetry),
                 Command::Report(Report::Failed(reason)) => {
                     ground.report(Telemetry::Failed(reason.as_str()), telemetry);
+                }
+                Command::Report(Report::LinkEcho) => {
+                    scratch.events.extend(ground.heard(ToGround::LinkTest));
+                }
+                Command::Report(Report::Sonar(ranges_m)) => {
+                    scratch.events.extend(ground.heard(sonar_report(ranges_m)));
                 }
                 _ => {}
             },

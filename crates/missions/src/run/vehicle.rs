@@ -24,9 +24,10 @@ use super::{
     direct::DirectRobot,
     direct_ground::DirectGround,
     hand::Hand,
+    inquiry::Inquiry,
     lines::{
-        GroundLine, Packets, RemoteRobot, RobotLine, Scratch, ServerLine, Telemetry, WiredGround,
-        WiredRobot,
+        FromGround, GroundLine, Packets, RemoteRobot, RobotLine, Scratch, ServerLine, Telemetry,
+        WiredGround, WiredRobot,
     },
     ring_log::RingLog,
     tap::Tap,
@@ -34,6 +35,7 @@ use super::{
     words,
 };
 use crate::{
+    asked::Asked,
     cut::{Cuts, Direction, Line},
     mission::{
         Mission,
@@ -45,6 +47,9 @@ use crate::{
 
 /// Wheels slower than this stand, m/s: ramps end at 0, and rounding leaves no more.
 const STANDING_MPS: f64 = 1e-9;
+
+/// A question that nobody has answered for so long is given up, whatever line it went over.
+const ANSWER_WITHIN: Duration = Duration::from_secs(10);
 
 /// One robot with its nodes.
 #[derive(Debug)]
@@ -65,6 +70,9 @@ pub(super) struct Vehicle {
     order: Option<GroundOrder>,
     /// An order was given and has not reached the navigator yet.
     order_under_way: bool,
+    /// A question of the ground that leaves at the next step.
+    question: Option<Asked>,
+    inquiry: Inquiry,
     telemetry: Telemetry,
     /// The last MOVE of the decision program that it was given.
     program_move: Option<ProgramMove>,
@@ -145,6 +153,8 @@ impl Vehicle {
             byte_times: bauds.map(byte_time),
             order: None,
             order_under_way: false,
+            question: None,
+            inquiry: Inquiry::default(),
             telemetry: Telemetry::default(),
             program_move: None,
             status: None,
@@ -175,11 +185,23 @@ impl Vehicle {
         self.hand.let_go();
         self.telemetry = match order {
             GroundOrder::GoTo(_) => Telemetry::UnderWay,
-            GroundOrder::Stop => Telemetry::NoGoal,
+            GroundOrder::Stop | GroundOrder::Restart => Telemetry::NoGoal,
         };
         if let Some(person) = &mut self.teleoperator {
             person.let_go();
         }
+    }
+
+    /// The ground asks it something, or to begin anew; the answer, or its absence, is news.
+    pub(super) fn ask(&mut self, asked: Asked, now: Stamp) {
+        if self.halts != Halt::No {
+            return;
+        }
+        match asked {
+            Asked::Restart => self.order(GroundOrder::Restart, OrderBy::Person),
+            Asked::Link | Asked::Sonar => self.question = Some(asked),
+        }
+        self.inquiry.begin(asked, now);
     }
 
     /// Somebody drives it by hand, until [`DRIVE_HOLD`](super::DRIVE_HOLD) after the last call.
@@ -243,21 +265,18 @@ impl Vehicle {
         let is_done = program_move.end.is_some() || self.telemetry == Telemetry::Arrived;
         program_move.end = Some(match (self.telemetry, order) {
             (Telemetry::Failed(reason), _) => (MoveReport::Failed, reason),
-            (_, GroundOrder::Stop) if is_done && by == OrderBy::Hand => {
-                (MoveReport::Left, "the robot is driven away by hand")
-            }
-            (_, GroundOrder::Stop) if is_done => (MoveReport::Done, "the robot stands there"),
             (_, GroundOrder::GoTo(_)) if is_done => {
                 (MoveReport::Left, "the robot is sent elsewhere")
             }
             (_, GroundOrder::GoTo(_)) => (MoveReport::Failed, "somebody sent the robot elsewhere"),
-            (_, GroundOrder::Stop) if by == OrderBy::Failsafe => {
-                (MoveReport::Failed, "the program has stopped")
+            _ if is_done && by == OrderBy::Hand => {
+                (MoveReport::Left, "the robot is driven away by hand")
             }
-            (_, GroundOrder::Stop) if by == OrderBy::Hand => {
-                (MoveReport::Failed, "somebody drives the robot by hand")
-            }
-            (_, GroundOrder::Stop) => (MoveReport::Failed, "somebody stopped the robot"),
+            _ if is_done => (MoveReport::Done, "the robot stands there"),
+            _ if by == OrderBy::Failsafe => (MoveReport::Failed, "the program has stopped"),
+            _ if by == OrderBy::Hand => (MoveReport::Failed, "somebody drives the robot by hand"),
+            (_, GroundOrder::Restart) => (MoveReport::Failed, "somebody restarted the robot"),
+            _ => (MoveReport::Failed, "somebody stopped the robot"),
         });
     }
 
@@ -290,8 +309,8 @@ impl Vehicle {
         };
         robot.observe(now, world, self.body, scratch, robot_tap);
         server.observe(now, field, scratch, server_tap);
-        let order = self.order.take();
-        ground.observe(now, order, &mut self.telemetry, scratch, ground_tap);
+        let said = FromGround { order: self.order.take(), question: self.question.take() };
+        ground.observe(now, said, &mut self.telemetry, scratch, ground_tap);
         if self.halts != Halt::No {
             scratch.observations.retain(|seen| !matches!(seen.value, Sensed::Ground(_)));
         }
@@ -355,6 +374,12 @@ impl Vehicle {
                     }
                 }
             }
+        }
+        let late = self.inquiry.give_up(now, ANSWER_WITHIN);
+        let heard = self.scratch.events.iter().filter_map(|event| self.inquiry.hear(*event, now));
+        let heard: Vec<_> = heard.chain(late).collect();
+        for (level, text) in heard {
+            self.news.push((level, format!("{} {text}", self.name)));
         }
         for command in &self.commands {
             if let Command::QueryPheromones { query, .. } = command {
@@ -518,6 +543,7 @@ impl Vehicle {
         }
         hash.absorb_u64(u64::from(view.avoider_state));
         hash.absorb_bytes(view.phase.name().as_bytes());
+        self.inquiry.absorb_state(hash);
         if let Some(person) = &self.teleoperator {
             person.absorb_state(hash);
         }

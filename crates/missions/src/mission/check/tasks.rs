@@ -12,7 +12,10 @@ use super::super::{
         LinkPlan, ProgramAction, Requirement, RobotPlan,
     },
 };
-use crate::cut::{Direction, Line};
+use crate::{
+    asked::Asked,
+    cut::{Direction, Line},
+};
 
 use super::{Checked, N_SIMULATED_LINKS, choose, link, named, point, pose, range, seconds};
 
@@ -196,6 +199,9 @@ fn event(
         "run_program",
         "stall_program",
         "remove",
+        Asked::Link.name(),
+        Asked::Sonar.name(),
+        Asked::Restart.name(),
     ];
     let kind = choose(&format!("{key}.do"), &file.action, &kinds)?;
     let action = match kind {
@@ -237,6 +243,10 @@ fn event(
             };
             range(format!("{key}.for_s"), for_s, 0.01..=3600.0, "from 0.01 to 3600 s")?;
             Action::Program(ProgramAction::Stall { n_steps: (for_s * 100.0).round() as u64 })
+        }
+        11.. => {
+            let robots = robots_named(key, &file.robot, robots)?;
+            Action::Ask { robots, asked: Asked::ALL[kind - 11] }
         }
         _ if file.thing.is_empty() => {
             return Err(Wrong::new(format!("{key}.thing"), "", "the name of a thing"));
