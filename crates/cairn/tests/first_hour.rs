@@ -48,9 +48,9 @@ fn an_error_names_the_file_and_the_line_that_is_wrong() {
     place.cairn("check own.toml").refused(2, &["own.toml:4:", "program_file", "own.rdpl"]);
     place.write("own.rdpl", "; fine\nAND O0,I0,1L,1L,1L\nNAD O1,I0,1L,1L,1L\n");
     place.cairn("check own.toml").refused(2, &["own.rdpl:3:", "NAD"]);
-    place.write("own.toml", "[mission]\nname = \"own\"\n[world]\nmap_file = \"own.map\"\n");
+    place.write("own.toml", "[mission]\nname = \"own\"\n[world]\nmap = \"own.map\"\n");
     place.write("own.map", "no map at all\n");
-    place.cairn("check own.toml").refused(2, &["own.map", "line 1", "no map at all"]);
+    place.cairn("check own.toml").refused(2, &["own.map:1:", "no map at all"]);
 }
 
 #[test]

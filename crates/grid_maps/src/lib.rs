@@ -9,6 +9,7 @@
 //! | work on a dense piece | [`LogOddsMap::prob_window`], [`Window`] |
 //! | match scans against obstacles | [`DistanceField`] |
 //! | cast rays by the million | [`RayMap`] |
+//! | find the walls in a map, as lines | [`SolidCells`] |
 //! | read and write what others read | [`files`] |
 //!
 //! A cell that nobody observed is unknown, and unknown is not one half. Nothing here touches files,
@@ -52,6 +53,7 @@ mod log_odds;
 mod ray;
 mod ray_map;
 mod scan;
+mod solid;
 mod spans;
 mod tile_grid;
 mod window;
@@ -67,5 +69,6 @@ pub use log_odds::{
 pub use ray::RayWalk;
 pub use ray_map::RayMap;
 pub use scan::{BeamFan, ScanInserter, ScanReport, ScanRules};
+pub use solid::{Border, SolidCells};
 pub use tile_grid::{TILE_SIDE_CELLS, Tile, TileGrid};
 pub use window::{WINDOW_CELLS_MAX, Window};

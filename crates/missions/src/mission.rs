@@ -7,6 +7,7 @@
 mod check;
 mod error;
 pub mod file;
+mod inline;
 pub(crate) mod plan;
 mod shipped;
 
@@ -21,6 +22,7 @@ use run_context::{RunSeed, Stamp};
 pub(crate) use check::{overlap, rectangle};
 pub use error::{MissionError, SettingError};
 use file::MissionFile;
+use inline::Shelf;
 use plan::{
     DecisionPlan, DevicePlan, EventPlan, LinkPlan, PheromonePlan, Requirement, RobotPlan, WorldPlan,
 };
@@ -95,7 +97,7 @@ impl Mission {
     pub fn load(name_or_path: &str, overrides: &[String]) -> Result<Self, MissionError> {
         if let Some(shipped) = shipped::MISSIONS.iter().find(|m| m.name == name_or_path) {
             let origin = format!("missions/{}.toml", shipped.name);
-            return Self::build(&origin, shipped.text, overrides, &read_shipped);
+            return Self::build(&origin, shipped.text, overrides, &Shelf::Shipped);
         }
         let path = Path::new(name_or_path);
         if !path.exists() {
@@ -106,7 +108,7 @@ impl Mission {
                 shipped: Self::shipped().join(", "),
             });
         }
-        let text = read_file(path)?;
+        let text = files::read_text(path, "the mission")?;
         let folder = path.parent().map(PathBuf::from).unwrap_or_default();
         let mut mission = Self::parse_in(&folder, name_or_path, &text, overrides)?;
         mission.read_from.insert(0, path.to_owned());
@@ -127,15 +129,8 @@ impl Mission {
         overrides: &[String],
     ) -> Result<Self, MissionError> {
         let (read_from, guesses) = (RefCell::new(Vec::new()), RefCell::new(Vec::new()));
-        let read = |file: &str| {
-            let path = folder.join(file);
-            read_from.borrow_mut().push(path.clone());
-            if path.extension().is_some_and(|end| end.eq_ignore_ascii_case("rdpl")) {
-                return read_program(&path, &mut guesses.borrow_mut());
-            }
-            read_file(&path)
-        };
-        let mut mission = Self::build(origin, text, overrides, &read)?;
+        let shelf = Shelf::Folder { folder, read_from: &read_from, guesses: &guesses };
+        let mut mission = Self::build(origin, text, overrides, &shelf)?;
         (mission.read_from, mission.guesses) = (read_from.take(), guesses.take());
         Ok(mission)
     }
@@ -148,17 +143,17 @@ impl Mission {
     ///
     /// As [`Mission::load`].
     pub fn parse(origin: &str, text: &str, overrides: &[String]) -> Result<Self, MissionError> {
-        Self::build(origin, text, overrides, &read_shipped)
+        Self::build(origin, text, overrides, &Shelf::Shipped)
     }
 
     /// A decision program or map that shipped missions name, such as `doorbell.rdpl`.
     pub fn shipped_file(name: &str) -> Option<&'static str> {
-        shipped::FILES.iter().find(|file| file.path == name).map(|file| file.text)
+        shipped::FILES.iter().find(|file| file.path == name).and_then(shipped::ShippedFile::text)
     }
 
     /// The names of what [`Mission::shipped_file`] gives.
     pub fn shipped_files() -> Vec<&'static str> {
-        shipped::FILES.iter().map(|file| file.path).collect()
+        shipped::FILES.iter().filter(|file| file.text().is_some()).map(|file| file.path).collect()
     }
 
     /// The names of the shipped missions; the first is the one to start with.
@@ -288,7 +283,7 @@ impl Mission {
         origin: &str,
         text: &str,
         overrides: &[String],
-        read: &dyn Fn(&str) -> Result<String, MissionError>,
+        shelf: &Shelf<'_>,
     ) -> Result<Self, MissionError> {
         let syntax = |e: toml::de::Error| MissionError::Syntax {
             origin: origin.to_owned(),
@@ -306,7 +301,10 @@ impl Mission {
         let locate = |wrong: error::Wrong| {
             MissionError::Setting(Box::new(wrong.located(origin, text, overrides)))
         };
-        let files = inline(&mut file, read).map_err(locate)?;
+        let files = inline::inline(&mut file, shelf).map_err(|fault| match fault {
+            inline::Fault::Named(wrong) => locate(*wrong),
+            inline::Fault::Within(error) => MissionError::Setting(error),
+        })?;
         check::check(file).map_err(|wrong| match files.iter().find(|(key, _)| *key == wrong.key) {
             Some((_, named)) => MissionError::Setting(Box::new(wrong.in_file(named))),
             None => locate(wrong),
@@ -322,61 +320,4 @@ impl TryFrom<MissionFile> for Mission {
         check::check(file)
             .map_err(|wrong| MissionError::Setting(Box::new(wrong.located("the mission", "", &[]))))
     }
-}
-
-/// Reads the files that a mission names into it; gives back which key each became the text of, and its name.
-fn inline(
-    file: &mut MissionFile,
-    read: &dyn Fn(&str) -> Result<String, MissionError>,
-) -> Result<Vec<(&'static str, String)>, error::Wrong> {
-    let mut files = Vec::new();
-    let mut take = |key: &'static str, name: &mut Option<String>, into: &mut Option<String>| {
-        if let Some(name) = name.take() {
-            let named_by = format!("{key}_file");
-            let allowed = |e: MissionError| format!("a file that can be read ({e})");
-            let text = read(&name).map_err(|e| error::Wrong::new(named_by, &name, allowed(e)))?;
-            *into = Some(text);
-            files.push((key, name));
-        }
-        Ok(())
-    };
-    take("world.map", &mut file.world.map_file, &mut file.world.map)?;
-    if let Some(pheromones) = &mut file.pheromones {
-        take("pheromones.map", &mut pheromones.map_file, &mut pheromones.map)?;
-    }
-    if let Some(decision) = &mut file.decision {
-        take("decision.program", &mut decision.program_file, &mut decision.program)?;
-    }
-    Ok(files)
-}
-
-fn read_file(path: &Path) -> Result<String, MissionError> {
-    Ok(files::read_text(path, "the mission")?)
-}
-
-/// A decision program in whatever encoding its editor saved it, as `cairn rdpl` reads it.
-fn read_program(path: &Path, guesses: &mut Vec<String>) -> Result<String, MissionError> {
-    let limit = files::Limit::bytes(decision::SOURCE_BYTES_MAX as u64);
-    let bytes = files::read(path, "the decision program", limit, &mut |_, _| {})?;
-    let read = decision::read_source(&bytes);
-    let read_as = match read.encoding {
-        decision::Encoding::Utf8 => return Ok(read.text),
-        decision::Encoding::Utf16 => "UTF-16",
-        decision::Encoding::Latin1 => "Latin-1",
-    };
-    guesses.push(format!(
-        "{}, line {}: this is not UTF-8 and was read as {read_as} ({} such lines); save it as UTF-8",
-        path.display(),
-        read.first_odd_line,
-        read.n_odd_lines
-    ));
-    Ok(read.text)
-}
-
-fn read_shipped(name: &str) -> Result<String, MissionError> {
-    let found = shipped::FILES.iter().find(|f| f.path == name);
-    found.map(|f| f.text.to_owned()).ok_or_else(|| MissionError::Read {
-        path: PathBuf::from(name),
-        source: std::io::Error::new(std::io::ErrorKind::NotFound, "not among the shipped files"),
-    })
 }

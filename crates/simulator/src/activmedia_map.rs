@@ -1,9 +1,14 @@
 //! `ActivMedia` 2-D maps (`.map`): the walls, points and marked places of the Pioneer's own tools.
 //!
-//! Text. The first line is `2D-Map`; then `Key: values` lines; then a line `LINES` with one
+//! Text. The first line is `2D-Map`, or one of `2D-Map-Ex` to `2D-Map-Ex4`; then `Key: values` lines; then a line `LINES` with one
 //! `x1 y1 x2 y2` per line and a line `DATA` with one `x y` per line, either of which may be missing.
 //! Coordinates are millimetres in the file and metres here. Lines end with LF or CRLF; empty lines
 //! are skipped.
+//!
+//! A map from several scanners has a line `Sources: SickLaser Front …`. Each but `SickLaser` has keys and sections of its
+//! own with its name before them: `FrontNumLines`, `Front_LINES`, `Front_DATA`. All of them are walls alike.
+//!
+//! Source: `ArMap` of ARIA 2.10 as `AriaCoda` has it, for the five first lines and the names of keys.
 //!
 //! [`parse`] accepts what those tools write and refuses the rest with the line's number. A
 //! section with *fewer* entries than its header states was cut short and is an error; one with
@@ -59,10 +64,15 @@ pub struct CairnObject {
 /// Something odd about a map that can be used all the same.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MapWarning {
+    /// The map is of several scanners, which may have seen the same wall twice.
+    Sources {
+        /// Their names, as prose.
+        names: String,
+    },
     /// A section has more entries than its header states.
     MoreThanStated {
-        /// `NumLines` or `NumPoints`.
-        key: &'static str,
+        /// `NumLines` or `NumPoints`, with the source before it if there are several.
+        key: String,
         /// What the header states.
         stated: usize,
         /// What the section has.
@@ -80,6 +90,9 @@ impl std::fmt::Display for MapWarning {
         match self {
             Self::MoreThanStated { key, stated, found } => {
                 write!(f, "{key} states {stated}, but there are {found}; all are used")
+            }
+            Self::Sources { names } => {
+                write!(f, "lines and points of several sources ({names}) are walls alike")
             }
             Self::EmptyLine { line } => write!(f, "line {line}: a wall without length is left out"),
         }

@@ -5,7 +5,7 @@
 //! acceleration limit of their wheels, stop where they touch something, and push nothing. A
 //! navigator never sees a [`World`]; it talks to a robot's firmware, which does.
 //!
-//! [`activmedia_map`] reads and writes the maps that a world's walls may come from.
+//! [`floor_plan`] makes walls of maps; [`activmedia_map`] reads and writes those of the Pioneer's own tools.
 //!
 //! ```
 //! use std::{sync::Arc, time::Duration};
@@ -38,6 +38,7 @@ mod body;
 mod clearance;
 mod collide;
 mod contact;
+pub mod floor_plan;
 mod neighbours;
 mod people;
 mod placing;

@@ -121,7 +121,7 @@ fn more_than_stated_is_a_warning_and_a_line_without_length_is_left_out() {
         map.warnings,
         [
             MapWarning::EmptyLine { line: 5 },
-            MapWarning::MoreThanStated { key: "NumLines", stated: 1, found: 2 },
+            MapWarning::MoreThanStated { key: "NumLines".to_owned(), stated: 1, found: 2 },
         ]
     );
     assert_eq!((map.lines.len(), map.to_segment_world().len()), (2, 1));
@@ -248,4 +248,50 @@ proptest! {
         again.warnings.clear();
         prop_assert_eq!(map, again);
     }
+}
+
+#[test]
+fn the_later_kinds_of_map_are_read_alike() {
+    let plain = parse(SMALL).unwrap();
+    for category in ["2D-Map-Ex", "2D-Map-Ex2", "2D-Map-Ex3", "2D-Map-Ex4"] {
+        let later = SMALL.replacen("2D-Map", category, 1);
+        assert_eq!(parse(&later).unwrap(), plain, "{category}");
+        // More kinds of header lines are kept as they are.
+        let more = later.replacen("LINES", "ChildCairn: Goal 1 2 3 \"\" ICON \"g\"\nLINES", 1);
+        assert_eq!(parse(&more).unwrap().info[0].0, "ChildCairn");
+    }
+    for none in ["2D-Map-Ex5", "2D-Map-", "2d-map", "2D-MapEx"] {
+        let said = parse(&SMALL.replacen("2D-Map", none, 1)).unwrap_err().to_string();
+        assert!(said.contains(none) && said.contains("`2D-Map-Ex4`"), "{said}");
+    }
+}
+
+#[test]
+fn a_map_of_several_scanners_has_all_of_their_walls() {
+    let text = "2D-Map-Ex2\nSources: SickLaser Front\nNumLines: 1\nFrontNumLines: 1\n\
+                FrontNumPoints: 1\nResolution: 20\nFrontResolution: 50\nLINES\n0 0 1000 0\n\
+                Front_LINES\n0 0 0 1000\nFront_DATA\n500 500\n";
+    let map = parse(text).unwrap();
+    assert_eq!((map.lines.len(), map.points.len()), (2, 1));
+    assert_eq!(map.resolution_m, Some(0.05));
+    let named = MapWarning::Sources { names: "SickLaser, Front".to_owned() };
+    assert_eq!(map.warnings, [named]);
+    let wrong = |from: &str, to: &str| {
+        let text = text.replacen(from, to, 1);
+        parse(&text).unwrap_err().to_string()
+    };
+    assert!(wrong("FrontNumPoints: 1", "FrontNumPoints: 2").contains("FrontNumPoints states 2"));
+    assert!(wrong("Front_DATA", "Front_LINES").contains("line 12: `Front_LINES` was already"));
+    assert!(wrong("Front_LINES", "Rear_LINES").contains("line 10: found `Rear_LINES`"));
+    assert!(wrong("Sources: SickLaser Front", "Sources:").contains("from 1 to 32 names"));
+    assert!(wrong("NumLines: 1\n", "Sources: A\n").contains("`Sources` was already given"));
+    // Counts may stand before the sources.
+    let moved = text.replacen(
+        "Sources: SickLaser Front\nNumLines: 1",
+        "NumLines: 2\nSources: SickLaser Front",
+        1,
+    );
+    assert!(parse(&moved).unwrap_err().to_string().contains("NumLines states 2"));
+    // Sections without a name, where the usual source is not among those named.
+    assert_eq!(parse("2D-Map-Ex\nSources: A\nLINES\n0 0 1 1\n").unwrap().lines.len(), 1);
 }

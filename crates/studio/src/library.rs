@@ -135,11 +135,11 @@ mod tests {
         assert!(read("x.toml", elsewhere).unwrap_err().contains("cairn run x.toml"));
         // A file of this repository, which a mission from a file of one's own could name.
         let names_a_file = format!(
-            "[mission]\nname = \"x\"\n[world]\nmap_file = {:?}\n",
+            "[mission]\nname = \"x\"\n[world]\nmap = {:?}\n",
             concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml")
         );
         let refused = read("x.toml", &names_a_file).unwrap_err();
-        assert!(refused.contains("map_file") && !refused.contains("2D-Map"), "{refused}");
+        assert!(refused.contains("world.map") && !refused.contains("2D-Map"), "{refused}");
         let wrong = read("x.toml", "[mission]\nname = \"x\"\nfoo = 1\n").unwrap_err();
         assert!(wrong.contains("x.toml") && wrong.contains("line 3"), "{wrong}");
     }

@@ -2,12 +2,14 @@
 
 mod environment;
 mod hints;
+mod map;
 mod ring;
 mod robots;
 mod tasks;
 
 pub(crate) use environment::{overlap, rectangle};
 pub(super) use hints::warnings;
+pub(super) use map::wrong_map;
 
 use std::time::Duration;
 

@@ -67,12 +67,16 @@ impl Default for HeadFile {
 pub struct WorldFile {
     /// Lower left and upper right corner of what is drawn: x0, y0, x1, y1 (m).
     pub bounds_m: [f64; 4],
-    /// Map file of the ActivMedia format, relative to the mission file; its walls are added.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub map_file: Option<String>,
-    /// The text of such a map, instead of a file.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// A map whose walls are added: a file relative to the mission's, or its text (see [`super::inline`]).
+    #[serde(skip_serializing_if = "Option::is_none", alias = "map_file")]
     pub map: Option<String>,
+    /// What cells of the map that nobody knows are, and what is outside of it: `wall` or `free`.
+    pub unknown: String,
+    /// Where the map's own frame lies: x, y (m), yaw (degrees).
+    pub map_at: [f64; 3],
+    /// Side of a cell where the map does not say it (Moving AI), m; absent: 1 there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub map_cell_m: Option<f64>,
     /// Walls.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub walls: Vec<WallFile>,
@@ -94,8 +98,10 @@ impl Default for WorldFile {
     fn default() -> Self {
         Self {
             bounds_m: [-5.0, -5.0, 5.0, 5.0],
-            map_file: None,
             map: None,
+            unknown: "wall".into(),
+            map_at: [0.0; 3],
+            map_cell_m: None,
             walls: Vec::new(),
             rooms: Vec::new(),
             things: Vec::new(),

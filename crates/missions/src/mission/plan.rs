@@ -10,6 +10,7 @@ use pheromones::{Field, SenseConfig};
 use robot_models::{OdometryErrors, RobotModel};
 use run_context::Stamp;
 use sensor_models::SonarModel;
+use simulator::floor_plan::FloorPlan;
 use wire::link::LinkConfig;
 
 use crate::{
@@ -24,10 +25,19 @@ pub(crate) struct WorldPlan {
     pub(crate) walls: Vec<(Segment, u32)>,
     pub(crate) points: Vec<(Vec2, u32)>,
     pub(crate) point_size_m: f64,
+    /// The map that walls and points came from, without them.
+    pub(crate) map: Option<Arc<FloorPlan>>,
     pub(crate) rooms: Vec<(String, Vec2)>,
     pub(crate) things: Vec<ThingPlan>,
     pub(crate) people: Vec<PersonPlan>,
     pub(crate) random_boxes: Vec<RandomBoxes>,
+}
+
+impl WorldPlan {
+    /// Whether a place (m) is within what the map has as solid.
+    pub(crate) fn is_solid(&self, place: Vec2) -> bool {
+        self.map.as_ref().is_some_and(|map| map.is_solid(place))
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,7 +9,14 @@ pub(crate) struct ShippedMission {
 /// A file that shipped missions name.
 pub(crate) struct ShippedFile {
     pub(crate) path: &'static str,
-    pub(crate) text: &'static str,
+    pub(crate) bytes: &'static [u8],
+}
+
+impl ShippedFile {
+    /// Its text, if it is one.
+    pub(crate) fn text(&self) -> Option<&'static str> {
+        str::from_utf8(self.bytes).ok()
+    }
 }
 
 macro_rules! shipped {
@@ -25,7 +32,7 @@ macro_rules! shipped_files {
     ($($path:literal),* $(,)?) => {
         &[$(ShippedFile {
             path: $path,
-            text: include_str!(concat!("../../../../missions/", $path)),
+            bytes: include_bytes!(concat!("../../../../missions/", $path)),
         }),*]
     };
 }
@@ -46,6 +53,8 @@ pub(crate) const MISSIONS: &[ShippedMission] = shipped![
     "swarm",
     "link-cut",
     "server-lost",
+    "ward-call",
+    "workshop",
     "artemic-e1",
     "artemic-e2",
     "artemic-e3",
@@ -53,8 +62,15 @@ pub(crate) const MISSIONS: &[ShippedMission] = shipped![
 ];
 
 /// Programs and maps that the shipped missions name.
-pub(crate) const FILES: &[ShippedFile] =
-    shipped_files!["doorbell.rdpl", "errands.rdpl", "night-watch.rdpl"];
+pub(crate) const FILES: &[ShippedFile] = shipped_files![
+    "doorbell.rdpl",
+    "errands.rdpl",
+    "night-watch.rdpl",
+    "ward-call.rdpl",
+    "ward.yaml",
+    "ward.png",
+    "workshop.map",
+];
 
 /// The expected verdicts: name, seed, `pass` or `fail`, tab-separated, one line each below a head.
 pub(crate) const EXPECTED: &str = include_str!("../../../../missions/expected.tsv");

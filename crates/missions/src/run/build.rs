@@ -146,6 +146,7 @@ fn is_fit(
     let keep = boxes.clearance_m;
     let grown = rectangle(pose, boxes.size_m.add_scalar(2.0 * keep));
     if walls.touches_polygon(&corners)
+        || mission.parts().world.is_solid(pose.position())
         || things.iter().any(|t| overlap(&grown, t.polygon.corners()))
     {
         return false;

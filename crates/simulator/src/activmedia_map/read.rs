@@ -10,6 +10,13 @@ use super::{CairnObject, MapFile, MapWarning};
 
 /// No coordinate may be larger, millimetres: 1000 km.
 const COORDINATE_MAX_MM: f64 = 1e9;
+/// What the first line may be. The later ones have more kinds of objects and of header lines, and may have several sources.
+const CATEGORIES: [&str; 5] = ["2D-Map", "2D-Map-Ex", "2D-Map-Ex2", "2D-Map-Ex3", "2D-Map-Ex4"];
+/// Keys of the header that each source has for itself, with its name before them.
+const KEYS_OF_SOURCES: [&str; 7] =
+    ["MinPos", "MaxPos", "NumPoints", "LineMinPos", "LineMaxPos", "NumLines", "Resolution"];
+/// Scanners that a map may come from.
+const N_SOURCES_MAX: usize = 32;
 /// Characters of an unexpected text that an error repeats.
 const EXCERPT_CHARS: usize = 40;
 
@@ -18,7 +25,10 @@ const EXCERPT_CHARS: usize = 40;
 #[non_exhaustive]
 pub enum MapFileError {
     /// Not a map at all.
-    #[error("line 1: found `{found}`, expected `2D-Map`: this is no ActivMedia 2-D map")]
+    #[error(
+        "line 1: found `{found}`, expected `2D-Map` or one of `2D-Map-Ex` to `2D-Map-Ex4`: this is \
+         no ActivMedia 2-D map"
+    )]
     NotAMap {
         /// The first line, cut.
         found: String,
@@ -69,18 +79,33 @@ pub enum MapFileError {
         /// Where.
         line: usize,
         /// Which.
-        what: &'static str,
+        what: String,
     },
     /// A section with fewer entries than its header states.
     #[error("{key} states {stated}, but the file has {found}: it was probably cut short")]
     CutShort {
-        /// `NumLines` or `NumPoints`.
-        key: &'static str,
+        /// `NumLines` or `NumPoints`, with the source before it if there are several.
+        key: String,
         /// What the header states.
         stated: usize,
         /// What the section has.
         found: usize,
     },
+}
+
+impl MapFileError {
+    /// The line that is wrong, counted from 1, where it is one.
+    pub const fn line(&self) -> Option<usize> {
+        match self {
+            Self::NotAMap { .. } => Some(1),
+            Self::Unexpected { line, .. }
+            | Self::Number { line, .. }
+            | Self::Missing { line, .. }
+            | Self::OpenQuote { line, .. }
+            | Self::Repeated { line, .. } => Some(*line),
+            Self::CutShort { .. } => None,
+        }
+    }
 }
 
 /// Reads a map.
@@ -102,7 +127,7 @@ pub fn parse(text: &str) -> Result<MapFile, MapFileError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut lines = (1..).zip(text.lines());
     let first = lines.next().map_or("", |(_, line)| line.trim());
-    if first != "2D-Map" {
+    if !CATEGORIES.contains(&first) {
         return Err(MapFileError::NotAMap { found: excerpt(first) });
     }
     for (number, line) in lines {
@@ -122,22 +147,46 @@ enum Section {
     Data,
 }
 
+/// What the header and the sections say about one scanner.
 #[derive(Debug, Default)]
-struct Reader {
-    map: MapFile,
-    section: Section,
+struct Source {
+    /// What its keys and sections begin with: nothing for the usual one.
+    prefix: String,
     n_lines_stated: Option<usize>,
     n_points_stated: Option<usize>,
+    n_lines: usize,
+    n_points: usize,
     has_lines: bool,
     has_data: bool,
 }
 
+#[derive(Debug)]
+struct Reader {
+    map: MapFile,
+    section: Section,
+    /// Those that `Sources` names; without it the usual one.
+    sources: Vec<Source>,
+    /// The one whose section is read.
+    source: usize,
+    names_sources: bool,
+}
+
+impl Default for Reader {
+    fn default() -> Self {
+        Self {
+            map: MapFile::default(),
+            section: Section::Header,
+            sources: vec![Source::default()],
+            source: 0,
+            names_sources: false,
+        }
+    }
+}
+
 impl Reader {
     fn read_line(&mut self, number: usize, line: &str) -> Result<(), MapFileError> {
-        match line {
-            "LINES" => return self.open(number, Section::Lines),
-            "DATA" => return self.open(number, Section::Data),
-            _ => {}
+        if let Some((source, section)) = self.section_of(line) {
+            return self.open(number, source, section, line);
         }
         let fields = Fields { line: number, rest: line };
         match self.section {
@@ -150,25 +199,85 @@ impl Reader {
                     self.map.warnings.push(MapWarning::EmptyLine { line: number });
                 }
                 self.map.lines.push(segment);
+                if let Some(source) = self.sources.get_mut(self.source) {
+                    source.n_lines = source.n_lines.saturating_add(1);
+                }
                 Ok(())
             }
             Section::Data => {
                 let [x, y] = fields.only(["x", "y"], "`x y` in mm, `LINES` or the end")?;
                 self.map.points.push(metres(x, y));
+                if let Some(source) = self.sources.get_mut(self.source) {
+                    source.n_points = source.n_points.saturating_add(1);
+                }
                 Ok(())
             }
         }
     }
 
-    fn open(&mut self, line: usize, section: Section) -> Result<(), MapFileError> {
-        let (seen, what) = match section {
-            Section::Data => (&mut self.has_data, "DATA"),
-            Section::Lines | Section::Header => (&mut self.has_lines, "LINES"),
+    /// The source and the section that a line begins, if it is one: `LINES`, or `Front_LINES` for the source `Front`.
+    fn section_of(&self, line: &str) -> Option<(usize, Section)> {
+        let (prefix, section) = if let Some(prefix) = line.strip_suffix("LINES") {
+            (prefix, Section::Lines)
+        } else {
+            (line.strip_suffix("DATA")?, Section::Data)
         };
-        if std::mem::replace(seen, true) {
-            return Err(MapFileError::Repeated { line, what });
+        let prefix = if prefix.is_empty() { prefix } else { prefix.strip_suffix('_')? };
+        self.sources.iter().position(|s| s.prefix == prefix).map(|source| (source, section))
+    }
+
+    fn open(
+        &mut self,
+        line: usize,
+        source: usize,
+        section: Section,
+        what: &str,
+    ) -> Result<(), MapFileError> {
+        let seen = self.sources.get_mut(source).map(|it| match section {
+            Section::Data => &mut it.has_data,
+            Section::Lines | Section::Header => &mut it.has_lines,
+        });
+        if seen.is_some_and(|seen| std::mem::replace(seen, true)) {
+            return Err(MapFileError::Repeated { line, what: what.to_owned() });
         }
-        self.section = section;
+        (self.source, self.section) = (source, section);
+        Ok(())
+    }
+
+    /// `Sources: name name …`, which the keys of these names follow.
+    fn read_sources(&mut self, line: usize, names: &str) -> Result<(), MapFileError> {
+        if std::mem::replace(&mut self.names_sources, true) {
+            return Err(MapFileError::Repeated { line, what: "Sources".to_owned() });
+        }
+        let names: Vec<&str> = names.split_whitespace().collect();
+        if names.is_empty() || names.len() > N_SOURCES_MAX {
+            return Err(MapFileError::Number {
+                line,
+                what: "the number of sources",
+                found: names.len().to_string(),
+                expected: "from 1 to 32 names",
+            });
+        }
+        // The first laser of these tools has no prefix: maps from before there were several stay as they are.
+        let prefix = |name: &str| {
+            if name.eq_ignore_ascii_case("SickLaser") { String::new() } else { name.to_owned() }
+        };
+        let known = |prefix: String| {
+            let before = self.sources.iter().find(|s| s.prefix == prefix);
+            let stated = before.map(|s| (s.n_lines_stated, s.n_points_stated)).unwrap_or_default();
+            let (n_lines_stated, n_points_stated) = stated;
+            Source { prefix, n_lines_stated, n_points_stated, ..Source::default() }
+        };
+        let mut sources: Vec<Source> = names.iter().map(|name| known(prefix(name))).collect();
+        if sources.iter().all(|source| !source.prefix.is_empty()) {
+            // Sections without a name may be there all the same.
+            sources.push(known(String::new()));
+        }
+        if names.len() > 1 {
+            let names = names.join(", ");
+            self.map.warnings.push(MapWarning::Sources { names });
+        }
+        self.sources = sources;
         Ok(())
     }
 
@@ -181,12 +290,18 @@ impl Reader {
             });
         };
         let fields = Fields { line, rest: value.trim() };
-        match key.trim() {
+        let (source, bare) = self.source_of(key.trim());
+        match bare {
+            "Sources" => self.read_sources(line, value)?,
             "NumLines" => {
-                count(&mut self.n_lines_stated, "NumLines", line, value.trim())?;
+                if let Some(source) = self.sources.get_mut(source) {
+                    count(&mut source.n_lines_stated, "NumLines", line, value.trim())?;
+                }
             }
             "NumPoints" => {
-                count(&mut self.n_points_stated, "NumPoints", line, value.trim())?;
+                if let Some(source) = self.sources.get_mut(source) {
+                    count(&mut source.n_points_stated, "NumPoints", line, value.trim())?;
+                }
             }
             "Resolution" => {
                 let [resolution_mm] = fields.only(["the resolution"], "one length in mm")?;
@@ -198,7 +313,10 @@ impl Reader {
                         expected: "a length above 0 mm",
                     });
                 }
-                self.map.resolution_m = Some(resolution_mm / 1000.0);
+                // Of several scanners the coarsest leaves no gaps.
+                let resolution_m = resolution_mm / 1000.0;
+                let before = self.map.resolution_m.unwrap_or(resolution_m);
+                self.map.resolution_m = Some(resolution_m.max(before));
             }
             "Cairn" => {
                 let thing = read_cairn(line, text, value.trim())?;
@@ -211,23 +329,35 @@ impl Reader {
             "MinPos" | "MaxPos" | "LineMinPos" | "LineMaxPos" => {
                 fields.only(["x", "y"], "`x y` in mm")?;
             }
-            other => self.map.info.push((other.to_owned(), value.trim().to_owned())),
+            _ => self.map.info.push((key.trim().to_owned(), value.trim().to_owned())),
         }
         Ok(())
     }
 
+    /// The source that a key is about, and the key without its name.
+    fn source_of<'k>(&self, key: &'k str) -> (usize, &'k str) {
+        let of = |source: &Source| {
+            key.strip_prefix(source.prefix.as_str()).filter(|bare| KEYS_OF_SOURCES.contains(bare))
+        };
+        let found = (0..).zip(&self.sources).find_map(|(i, source)| Some((i, of(source)?)));
+        found.unwrap_or((0, key))
+    }
+
     fn finish(mut self) -> Result<MapFile, MapFileError> {
-        let sections = [
-            ("NumLines", self.n_lines_stated, self.map.lines.len()),
-            ("NumPoints", self.n_points_stated, self.map.points.len()),
-        ];
-        for (key, stated, found) in sections {
-            let Some(stated) = stated else { continue };
-            if found < stated {
-                return Err(MapFileError::CutShort { key, stated, found });
-            }
-            if found > stated {
-                self.map.warnings.push(MapWarning::MoreThanStated { key, stated, found });
+        for source in &self.sources {
+            let sections = [
+                ("NumLines", source.n_lines_stated, source.n_lines),
+                ("NumPoints", source.n_points_stated, source.n_points),
+            ];
+            for (key, stated, found) in sections {
+                let Some(stated) = stated else { continue };
+                let key = format!("{}{key}", source.prefix);
+                if found < stated {
+                    return Err(MapFileError::CutShort { key, stated, found });
+                }
+                if found > stated {
+                    self.map.warnings.push(MapWarning::MoreThanStated { key, stated, found });
+                }
             }
         }
         Ok(self.map)
@@ -351,7 +481,7 @@ fn count(
         });
     };
     if slot.replace(number).is_some() {
-        return Err(MapFileError::Repeated { line, what: key });
+        return Err(MapFileError::Repeated { line, what: key.to_owned() });
     }
     Ok(())
 }

@@ -26,9 +26,7 @@ pub(super) fn world(file: &MissionFile, trails: Option<&PheromonePlan>) -> Check
     unique("world.things", world.things.iter().map(|t| t.name.as_str()))?;
     unique("world.people", world.people.iter().map(|p| p.name.as_str()))?;
     let mut plan = WorldPlan { bounds: world.bounds_m, point_size_m: 0.02, ..WorldPlan::default() };
-    if let Some(text) = &world.map {
-        add_map(&mut plan, text)?;
-    }
+    super::map::add(&mut plan, world, material("world.map", "plaster")?)?;
     for (i, wall) in world.walls.iter().enumerate() {
         add_wall(&mut plan, &format!("world.walls[{i}]"), wall)?;
     }
@@ -52,19 +50,6 @@ pub(super) fn world(file: &MissionFile, trails: Option<&PheromonePlan>) -> Check
 fn material(key: &str, name: &str) -> Checked<u32> {
     let names: Vec<&str> = sensor_models::materials().iter().map(|m| m.name).collect();
     choose(&format!("{key}.material"), name, &names).map(|index| index as u32)
-}
-
-fn add_map(plan: &mut WorldPlan, text: &str) -> Checked<()> {
-    let map = simulator::activmedia_map::parse(text).map_err(|e| {
-        Wrong::prose("world.map", e.to_string(), "a 2D map of the ActivMedia format")
-    })?;
-    let plaster = material("world.map", "plaster")?;
-    plan.walls.extend(map.lines.iter().map(|&line| (line, plaster)));
-    plan.points.extend(map.points.iter().map(|&p| (p, plaster)));
-    if let Some(resolution_m) = map.resolution_m.filter(|&r| r > 0.0) {
-        plan.point_size_m = resolution_m;
-    }
-    Ok(())
 }
 
 fn add_wall(plan: &mut WorldPlan, key: &str, wall: &WallFile) -> Checked<()> {
@@ -355,6 +340,14 @@ pub(super) fn starts_are_free(world: &WorldPlan, robots: &[RobotPlan]) -> Checke
         let footprint = robot.model.footprint.transformed(robot.start);
         if walls.touches_polygon(footprint.corners()) {
             let allowed = format!("a place where `{}` touches no wall", robot.name);
+            return Err(Wrong::new(key(), start, allowed));
+        }
+        if world.is_solid(robot.start.position()) {
+            let allowed = format!(
+                "a place in the free space of the map for `{}`; this is within a wall, or in what the map \
+                 does not know (world.unknown)",
+                robot.name
+            );
             return Err(Wrong::new(key(), start, allowed));
         }
         if let Some(thing) = world.things.iter().find(|t| overlap(&t.corners, footprint.corners()))

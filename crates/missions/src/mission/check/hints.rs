@@ -19,6 +19,8 @@ pub(in crate::mission) fn warnings(file: &MissionFile, parts: &Parts) -> Vec<Str
         );
     }
     arrivals(parts, &mut found);
+    let notes = parts.world.map.iter().flat_map(|map| &map.notes);
+    found.extend(notes.map(|note| format!("world.map: {note}")));
     starts(file, parts, &mut found);
     found
 }
