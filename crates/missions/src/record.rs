@@ -10,6 +10,7 @@
 //! | `/cairn/rig/<robot>` | JSON | what its ranges mean; before the first step |
 //! | `/cairn/scan/<robot>` | `cairn.scan.v1` | a row of its ring with dead reckoning and truth |
 //! | `/cairn/end` | JSON | steps taken and the verdict; absent when the recording was cut off |
+//! | `/tf`, `/scene`, `/log`, `/<robot>/…` | JSON with public schemas | what viewers draw by themselves: [`viewers`] |
 //!
 //! After every piece stands a check record ([`recordings::mcap_file`]) with the checksum of everything before it; a piece
 //! is half a second of the run, and reaches the file in one go. So a program that is killed loses no more than that,
@@ -41,8 +42,10 @@ use crate::{
 };
 
 mod sink;
+mod viewers;
 
 use sink::Sink;
+use viewers::Viewers;
 
 /// Version of the recording's layout; 1 had no rigs and scans, 2 no check records and no build.
 pub(crate) const FORMAT: u32 = 3;
@@ -134,6 +137,7 @@ pub struct Recorder {
     channels: [u16; 6],
     /// One for each robot.
     scan_channels: Vec<u16>,
+    viewers: Viewers,
     n_interventions: usize,
     sequence: u32,
     scratch: Vec<u8>,
@@ -175,6 +179,7 @@ impl Recorder {
             written_at: run.steps(),
             channels,
             scan_channels: Vec::with_capacity(run.mission().n_robots()),
+            viewers: Viewers::default(),
             n_interventions: 0,
             sequence: 0,
             scratch: Vec::new(),
@@ -190,6 +195,7 @@ impl Recorder {
         let begun = recorder
             .write_json(HEAD, run, &json!(head))
             .and_then(|()| recorder.write_rigs(run))
+            .and_then(|()| recorder.begin_viewers(run))
             .and_then(|()| recorder.flush());
         match begun {
             Ok(()) => Ok(recorder),
@@ -230,12 +236,14 @@ impl Recorder {
         if run.steps().is_multiple_of(VIEW_STEPS) {
             let view = run.view();
             self.write_json(STATE, run, &view_json(&view))?;
+            self.for_viewers(run, |viewers, now, tell| viewers.view(now, &view, tell))?;
         }
         self.write_scans(run)?;
         for item in log {
             let t_s = item.step as f64 * 0.01;
             let value = json!({"t_s": t_s, "level": item.level.name(), "text": item.text});
             self.write_json(LOG, run, &value)?;
+            self.for_viewers(run, |viewers, now, tell| viewers.log(now, item, tell))?;
         }
         if run.steps().saturating_sub(self.written_at) >= PIECE_STEPS {
             self.written_at = run.steps();
@@ -304,6 +312,43 @@ impl Recorder {
             self.write_to(rig_channel, now, now, &encode_rig(&rig(plan)))?;
         }
         Ok(())
+    }
+
+    /// The channels of viewers, and what stays where it is.
+    fn begin_viewers(&mut self, run: &Run) -> Result<(), RecordError> {
+        let part = self.live.part().to_owned();
+        let refuse = |source| RecordError::Mcap { path: part.clone(), source };
+        let mut schemas = [0; viewers::SCHEMAS.len()];
+        for (place, id) in schemas.iter_mut().enumerate() {
+            let (name, encoding, text) = viewers::schema(place);
+            *id = self.writer.add_schema(&name, encoding, text.as_bytes()).map_err(refuse)?;
+        }
+        let scene = run.scene();
+        let mut channels = Vec::new();
+        for (topic, schema) in Viewers::wanted(&scene) {
+            let (schema, encoding) = (schemas[schema], viewers::ENCODING);
+            let channel = self.writer.add_channel(schema, &topic, encoding, &BTreeMap::new());
+            channels.push(channel.map_err(refuse)?);
+        }
+        self.viewers = Viewers::new(scene, &channels);
+        self.for_viewers(run, Viewers::begin)
+    }
+
+    fn for_viewers(
+        &mut self,
+        run: &Run,
+        put: impl FnOnce(
+            &mut Viewers,
+            Stamp,
+            &mut viewers::Tell<'_, RecordError>,
+        ) -> Result<(), RecordError>,
+    ) -> Result<(), RecordError> {
+        let mut viewers = std::mem::take(&mut self.viewers);
+        let now = run.now();
+        let done =
+            put(&mut viewers, now, &mut |channel, data| self.write_to(channel, now, now, data));
+        self.viewers = viewers;
+        done
     }
 
     /// The rows that became whole in the last step.

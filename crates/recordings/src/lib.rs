@@ -14,6 +14,7 @@
 //! | sonar text with stamps, and a pose file | [`read`], [`Format::SonarText`] | – |
 //! | CSV | [`read`], [`Format::Csv`] | [`csv::write`] |
 //! | cairn's MCAP | [`read`], [`Format::CairnMcap`] | [`cairn_mcap`] |
+//! | MCAP for viewers | – | [`foxglove`] |
 //! | relations between poses | [`trajectories::read_relations`] | – |
 //! | poses (TUM, `t x y yaw`) | [`trajectories::read_poses`] | [`trajectories::write_tum`] |
 //!
@@ -35,6 +36,7 @@ mod carmen;
 mod complaints;
 pub mod csv;
 mod error;
+pub mod foxglove;
 mod integrity;
 pub mod mat;
 pub mod mcap_file;
