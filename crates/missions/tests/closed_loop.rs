@@ -132,6 +132,15 @@ fn a_robot_that_loses_the_server_stands_and_reports() {
 }
 
 #[test]
+fn buildings_of_which_there_is_a_map_are_worlds() {
+    check("ward-call");
+    check("workshop");
+    // What the mapper never saw is not in the robot's way there.
+    let open = run("ward-call", 1, &["world.unknown=free"]).verdict.unwrap();
+    assert!(open.passed, "{open:#?}");
+}
+
+#[test]
 fn without_its_navigator_the_mission_fails() {
     // The judge must be able to say no: a robot that is too slow to arrive in time.
     let slow = ["robots.navigator.speed_mps=0.06", "mission.duration_max_s=60"];

@@ -5,7 +5,8 @@
 use std::{fs, path::Path};
 
 use geometry::{Ray, RayCaster, Vec2};
-use missions::{Mission, world_of};
+use missions::{Mission, Run, world_of};
+use run_context::RunSeed;
 
 /// 6 × 5 cells of 0.5 m: a room with a pillar; the lower right corner is not known.
 const PICTURE: &str = "P2\n6 5\n255\n0 0 0 0 0 0\n0 254 254 254 254 0\n0 254 254 0 254 0\n\
@@ -59,8 +60,9 @@ fn the_walls_are_where_the_map_has_them() {
     // Free from (-0.5, -1.5) on; the pillar from (0.5, -1) to (1, -0.5).
     assert_eq!(sight(&mission, 0.0, -0.75), (0.5, 0.75));
     assert_eq!(sight(&mission, 0.0, -1.25), (1.0, 1.25));
-    let drawn = &mission.file().world;
-    assert_eq!(drawn.bounds_m, [-5.0, -5.0, 5.0, 5.0], "as it is written");
+    // All of the map is drawn, with half a metre around it.
+    let drawn = Run::new(mission, RunSeed(1)).unwrap().scene().bounds_m;
+    assert_eq!(drawn.map(|m| (100.0 * m).round() as i64), [-150, -250, 250, 100]);
     let open = place.load(&["world.unknown=free"]).unwrap();
     assert_eq!(sight(&open, 0.0, -1.25), (99.0, 1.25));
     // A quarter turn about its own frame's origin, and 1 m to the right.
@@ -162,6 +164,10 @@ fn a_map_that_is_wrong_is_named_with_its_line() {
         "[90000.0, 0, 0]",
         &["maps/room.yaml: world.map", "within 10000 m"],
     );
+}
+
+#[test]
+fn a_key_about_a_map_that_is_wrong_is_named_where_it_stands() {
     let mission = "room.toml";
     check(
         mission,

@@ -76,7 +76,9 @@ fn check(name: &str, value: &Value, way: &str) {
                 true
             }
             Many(name) => {
-                items().iter().for_each(|item| check(name, item, &way));
+                for item in items() {
+                    check(name, item, &way);
+                }
                 true
             }
         };

@@ -210,7 +210,8 @@ fn map_of_server(text: &str, rules: &FloorPlanRules) -> Result<FloorPlan, FloorP
     let picture = picture?;
     let map = map_server::read(&picture, &yaml)?;
     let mut notes = Vec::new();
-    let n_grey = picture.values().iter().filter(|grey| **grey == UNKNOWN_GREY).count();
+    let n_grey: usize =
+        picture.values().iter().map(|grey| usize::from(*grey == UNKNOWN_GREY)).sum();
     let counts_as_free = f64::from(255 - UNKNOWN_GREY) / 255.0 < yaml.free_prob;
     if yaml.mode == Mode::Trinary && !yaml.negate && n_grey > 0 && counts_as_free {
         notes.push(format!(

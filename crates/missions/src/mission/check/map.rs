@@ -43,7 +43,9 @@ pub(super) fn add(plan: &mut WorldPlan, file: &WorldFile, material: u32) -> Chec
             "within 10000 m of the origin: world.map_at moves it, and so does the map's own origin";
         return Err(Wrong::prose("world.map", found, allowed));
     }
-    if plan.bounds == WorldFile::default().bounds_m && !map.extent.is_empty() {
+    let is_default = |(bound, usual): (&f64, f64)| bound.to_bits() == usual.to_bits();
+    let is_left_out = plan.bounds.iter().zip(WorldFile::default().bounds_m).all(is_default);
+    if is_left_out && !map.extent.is_empty() {
         let drawn = map.extent.grown(MARGIN_M);
         plan.bounds = [drawn.min.x, drawn.min.y, drawn.max.x, drawn.max.y];
     }
