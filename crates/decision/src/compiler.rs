@@ -10,12 +10,13 @@ use std::sync::Arc;
 use crate::{
     Code, Diagnostic, Function, Mnemonic, Mode, Program, ResourceId, Span,
     diagnostics::{Place, Problems},
+    flaws::{report_flaw, shortened},
     flow, image,
     instruction_set::Word,
     lexer::{Field, Fields},
     names::{Definition, Names, Symbol, nearest_name},
     operands::{NumberError, parse_number, resolve},
-    parser::{Statement, parse_line, report_flaw, shortened},
+    parser::{Statement, parse_line},
     source_text::{Encoding, SOURCE_BYTES_MAX, SourceText, end_of_text, lines, read_source},
 };
 

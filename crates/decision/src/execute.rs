@@ -9,9 +9,9 @@ use crate::{
     Code, EdgeCode, Family, Mode, ResourceId,
     clock::DateTime,
     estimate::N_FUNCTIONS_MAX,
-    machine::{Event, Failsafe, Fault, MoveCommand, Step},
     moves::LastMove,
     ring::Ring,
+    state::{Event, Failsafe, Fault, MoveCommand, Step},
     timers::{Start, Timers},
 };
 

@@ -23,6 +23,7 @@ mod compiler;
 mod diagnostics;
 mod estimate;
 mod execute;
+mod flaws;
 mod flow;
 mod gate_view;
 mod image;
@@ -30,6 +31,7 @@ mod instruction_set;
 mod lexer;
 mod listing;
 mod machine;
+mod mode;
 mod moves;
 mod names;
 mod operands;
@@ -39,6 +41,7 @@ mod rehearsal;
 mod resources;
 mod ring;
 mod source_text;
+mod state;
 mod timers;
 
 pub use clock::DateTime;
@@ -49,9 +52,8 @@ pub use estimate::{Estimate, FUNCTION_BYTES, FUNCTION_MS, N_FUNCTIONS_MAX, SCAN_
 pub use gate_view::gate_view;
 pub use image::{IMAGE_BYTES_MAX, ImageError, decode};
 pub use instruction_set::{Mnemonic, OPCODE_END_OF_CYCLE, OPCODE_READ_INPUTS, Parameter, Role};
-pub use machine::{
-    Event, Failsafe, Fault, Machine, Mode, MoveCommand, ScanReport, Step, TimerView, WATCHDOG,
-};
+pub use machine::{Machine, ScanReport, TimerView, WATCHDOG};
+pub use mode::Mode;
 pub use moves::{MovePoints, MoveReport, MoveSignal, MoveState};
 pub use names::Symbol;
 pub use program::{Function, Operand, OperandKind, Program, Span};
@@ -60,3 +62,4 @@ pub use rehearsal::{
 };
 pub use resources::{EdgeCode, Family, N_RESOURCES, NameError, ResourceId, ValueKind};
 pub use source_text::{Encoding, SOURCE_BYTES_MAX, SourceText, read_source};
+pub use state::{Event, Failsafe, Fault, MoveCommand, Step};

@@ -3,10 +3,10 @@
 use crate::{
     Code, Mnemonic, NameError, Operand, OperandKind, Parameter, ResourceId, Role, ValueKind,
     diagnostics::Problems,
+    flaws::{report_flaw, shortened},
     instruction_set::Word,
     lexer::Field,
     names::{Definition, Names, Symbol, nearest_name},
-    parser::{report_flaw, shortened},
 };
 
 /// Why a constant is none.

@@ -8,8 +8,9 @@
 use crate::{
     Code, Mnemonic, ResourceId,
     diagnostics::{Place, Problems},
+    flaws::{comment_hint, report_flaw, shortened},
     instruction_set::Word,
-    lexer::{Field, Fields, Flaw},
+    lexer::{Field, Fields},
     names::{Names, nearest_mnemonic},
     operands::parse_number,
 };
@@ -136,10 +137,6 @@ fn parse_equ<'s>(
     Some(Statement::Equ { name, value })
 }
 
-fn comment_hint() -> String {
-    "start a comment with `;`".to_owned()
-}
-
 fn parse_function<'s>(
     (mnemonic, place): (Mnemonic, Place),
     mut fields: Fields<'s>,
@@ -229,45 +226,4 @@ fn is_like_operand(field: &Field<'_>, names: &Names) -> bool {
 fn syntax(mnemonic: Mnemonic) -> String {
     let names: Vec<&str> = mnemonic.parameters().iter().map(|p| p.name).collect();
     format!("write `{mnemonic} {}`", names.join(","))
-}
-
-/// Reports a field that cannot mean anything.
-pub(crate) fn report_flaw(flaw: Flaw, field: &Field<'_>, problems: &mut Problems) {
-    match flaw {
-        Flaw::UnclosedQuote => {
-            let message = format!("the quote in {} is not closed", shortened(field.text));
-            let quote = field.text.chars().next().unwrap_or('\'');
-            let hint = || Some(format!("end the text with {quote}"));
-            problems.report(Code::UnclosedQuote, field.place, message, hint);
-        }
-        Flaw::UnexpectedCharacter(c) => {
-            let message = format!("`{}` cannot stand in a field", c.escape_debug());
-            problems.report(Code::UnexpectedCharacter, field.place, message, || match c {
-                '#' | '/' | '*' | '!' | '(' => Some(comment_hint()),
-                '\0' => Some("is this a text at all?".to_owned()),
-                c if c.is_whitespace() || c == '\u{FEFF}' || c == '\u{200B}' => {
-                    Some("it looks like a blank and is none: put a plain blank there".to_owned())
-                }
-                _ => Some("separate operands with commas or blanks".to_owned()),
-            });
-        }
-        Flaw::NotFolded => {
-            let text = shortened(field.text);
-            let message = format!("nothing is called `{text}` in listing mode");
-            let hint = || {
-                let capitals = text.to_ascii_uppercase();
-                Some(format!("after a quote the listing folds no case: write `{capitals}`"))
-            };
-            problems.report(Code::UnknownName, field.place, message, hint);
-        }
-    }
-}
-
-/// The beginning of a text that may be very long.
-pub(crate) fn shortened(text: &str) -> String {
-    const SHOWN_MAX: usize = 32;
-    if text.chars().count() <= SHOWN_MAX {
-        return text.to_owned();
-    }
-    text.chars().take(SHOWN_MAX).chain(['…']).collect()
 }

@@ -40,13 +40,14 @@ mod marginals;
 mod optimise;
 mod residual;
 mod start;
+mod substitution;
 
 pub use error::GraphError;
 pub use graph::{Edge, PoseGraph};
 pub use kernel::Kernel;
 pub use marginals::Marginals;
-pub use optimise::{Config, Outcome, Report, Workspace, optimise};
-pub use start::{Start, chordal_start, odometry_start};
+pub use optimise::{Config, Outcome, Report, Workspace, chordal_start, optimise};
+pub use start::{Start, odometry_start};
 
 #[cfg(test)]
 mod tests;

@@ -8,10 +8,11 @@ use nalgebra::{Matrix3, Matrix6, SMatrix};
 
 use crate::{
     GraphError, PoseGraph, Workspace,
-    linear::{BlockCholesky, Pattern, TooLarge},
+    linear::TooLarge,
     optimise::System,
     residual::{Heading, linearise},
     start::parts,
+    substitution::{Column, Scratch, product},
 };
 
 /// Covariances of the poses of a graph, at the poses that it had when this was made.
@@ -26,25 +27,6 @@ pub struct Marginals<'a> {
     /// For every vertex the least one of its part of the graph; the same for all parts that have a
     /// fixed vertex, for their places in the frame of the graph are known.
     part: Vec<usize>,
-}
-
-/// Memory of the substitutions.
-#[derive(Debug)]
-pub(crate) struct Scratch {
-    /// The supernode of every column.
-    supernodes: Vec<u32>,
-    /// Y of the vertex asked about and of its partner, kept until another is asked about.
-    first: Column,
-    second: Column,
-}
-
-/// Three columns of L⁻¹, and the rows (begin, end) where they are not zero, ascending.
-#[derive(Debug, Default)]
-struct Column {
-    /// Whose columns they are; none: all is zero.
-    vertex: Option<usize>,
-    rows: Vec<[f64; 3]>,
-    path: Vec<(usize, usize)>,
 }
 
 impl<'a> Marginals<'a> {
@@ -145,93 +127,6 @@ impl<'a> Marginals<'a> {
     }
 }
 
-impl Scratch {
-    fn new(equations: &BlockCholesky<3>, pattern: &Pattern) -> Self {
-        let size = 3 * pattern.n_variables();
-        let mut supernodes = Vec::with_capacity(size);
-        let mut n_supernodes = 0;
-        if let Some(symbolic) = equations.symbolic_supernodes() {
-            n_supernodes = symbolic.n_supernodes();
-            let ends = symbolic.supernode_begin().iter().zip(symbolic.supernode_end());
-            for (index, (begin, end)) in ends.enumerate() {
-                supernodes.extend((*begin..*end).map(|_| index as u32));
-            }
-        }
-        let column = || Column {
-            vertex: None,
-            rows: vec![[0.0; 3]; size],
-            path: Vec::with_capacity(n_supernodes),
-        };
-        Self { supernodes, first: column(), second: column() }
-    }
-}
-
-impl Column {
-    fn become_that_of(
-        &mut self,
-        vertex: usize,
-        pattern: &Pattern,
-        equations: &BlockCholesky<3>,
-        supernodes: &[u32],
-    ) -> Option<()> {
-        if self.vertex == Some(vertex) {
-            return Some(());
-        }
-        self.clear();
-        if let Some(variable) = pattern.variable(vertex) {
-            self.substitute(equations, supernodes, variable)?;
-        }
-        self.vertex = Some(vertex);
-        Some(())
-    }
-
-    /// Solves L Y = E for the three columns of a variable, along its path.
-    fn substitute(
-        &mut self,
-        equations: &BlockCholesky<3>,
-        supernodes: &[u32],
-        variable: usize,
-    ) -> Option<()> {
-        let factor = equations.supernodes()?;
-        for axis in 0..3 {
-            self.rows[3 * variable + axis][axis] = 1.0;
-        }
-        let mut supernode = supernodes[3 * variable] as usize;
-        loop {
-            let part = factor.supernode(supernode);
-            let (start, pattern) = (part.start(), part.pattern());
-            let n_columns = part.val().ncols();
-            self.path.push((start, start + n_columns));
-            for column in 0..n_columns {
-                // The columns of a supernode are contiguous: its own rows first, then the pattern.
-                let entries = part.val().col(column).try_as_col_major()?.as_slice();
-                let y = self.rows[start + column].map(|v| v / entries[column]);
-                self.rows[start + column] = y;
-                if y.iter().all(|v| *v == 0.0) {
-                    continue;
-                }
-                let own = self.rows[start..start + n_columns].iter_mut().skip(column + 1);
-                for (row, l) in own.zip(&entries[column + 1..n_columns]) {
-                    subtract(row, *l, y);
-                }
-                for (row, l) in pattern.iter().zip(&entries[n_columns..]) {
-                    subtract(&mut self.rows[*row as usize], *l, y);
-                }
-            }
-            let Some(next) = pattern.first() else { return Some(()) };
-            supernode = supernodes[*next as usize] as usize;
-        }
-    }
-
-    /// Sets everything to zero again.
-    fn clear(&mut self) {
-        self.vertex = None;
-        for (begin, end) in self.path.drain(..) {
-            self.rows[begin..end].fill([0.0; 3]);
-        }
-    }
-}
-
 /// The parts of a graph, those with a fixed vertex taken as one.
 fn placed_parts(graph: &PoseGraph) -> Vec<usize> {
     let mut part = parts(graph);
@@ -245,21 +140,6 @@ fn placed_parts(graph: &PoseGraph) -> Vec<usize> {
     part
 }
 
-/// Y_aᵀ Y_b.
-fn product(a: &Column, b: &Column) -> Matrix3<f64> {
-    let mut sum = Matrix3::zeros();
-    for &(begin, end) in &a.path {
-        for (x, y) in a.rows[begin..end].iter().zip(&b.rows[begin..end]) {
-            for column in 0..3 {
-                for row in 0..3 {
-                    sum[(row, column)] += x[row] * y[column];
-                }
-            }
-        }
-    }
-    sum
-}
-
 /// Derivative of the pose of `to` in the frame of `from` by both poses.
 fn derivative_of_relative(from: Se2, to: Se2) -> SMatrix<f64, 3, 6> {
     let heading = Heading::of(from.yaw_rad);
@@ -269,11 +149,4 @@ fn derivative_of_relative(from: Se2, to: Se2) -> SMatrix<f64, 3, 6> {
     jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&-(by_to * at.transport()));
     jacobian.fixed_view_mut::<3, 3>(0, 3).copy_from(&by_to);
     jacobian
-}
-
-#[inline]
-fn subtract(row: &mut [f64; 3], l: f64, y: [f64; 3]) {
-    for axis in 0..3 {
-        row[axis] -= l * y[axis];
-    }
 }

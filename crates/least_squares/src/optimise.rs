@@ -9,6 +9,7 @@ use crate::{
     linear::{BlockCholesky, Pattern, TooLarge},
     residual::{Heading, Linearised, linearise, wrapped},
     start::{ChordalSystem, held_vertices, odometry_start},
+    substitution::Scratch,
 };
 
 /// Predicted falls of the cost below this are rounding: the cost is a sum of squares in units of
@@ -106,7 +107,7 @@ pub(crate) struct System {
     headings: Vec<Heading>,
     measured: Vec<Heading>,
     candidate: Vec<Se2>,
-    pub(crate) marginals: Option<crate::marginals::Scratch>,
+    pub(crate) marginals: Option<Scratch>,
 }
 
 /// Σ ρ and Σ eᵀΩe.
@@ -169,6 +170,28 @@ pub fn optimise(graph: &mut PoseGraph, config: &Config, scratch: &mut Workspace)
         graph.poses.clone_from(&scratch.before);
     }
     report
+}
+
+/// Finds poses from two linear problems: all headings first, then all positions.
+///
+/// Headings: unit vectors r with the sum of w |r_to − R(z) r_from|² least, where w is the
+/// information about yaw; each is then scaled to length 1. Positions: the graph's own sum with the
+/// headings held. The fixed vertices, and in parts without one the vertex of least index, keep
+/// their poses. Kernels are not looked at. Cost: two sparse factorisations, about as much as one
+/// step of [`optimise`](crate::optimise); the workspace keeps what can be used again.
+///
+/// Source: Carlone, Tron, Daniilidis, Dellaert (2015), "Initialization techniques for 3D SLAM: a
+/// survey on rotation estimation and its use in pose graph optimization", ICRA, chordal relaxation
+/// after Martinec and Pajdla (2007), "Robust rotation and translation estimation in multiview
+/// reconstruction", CVPR.
+/// Differences: in the plane; each edge is weighted by its own information.
+///
+/// # Errors
+///
+/// [`GraphError::Undetermined`] when the equations have no unique solution,
+/// [`GraphError::TooLarge`]; the poses are left as they were.
+pub fn chordal_start(graph: &mut PoseGraph, scratch: &mut Workspace) -> Result<(), GraphError> {
+    scratch.chordal(graph)
 }
 
 impl Workspace {

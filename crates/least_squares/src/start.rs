@@ -4,7 +4,7 @@ use geometry::Se2;
 use nalgebra::{Matrix2, Vector2};
 
 use crate::{
-    GraphError, PoseGraph, Workspace,
+    PoseGraph,
     graph::Edge,
     linear::{BlockCholesky, Pattern},
     residual::wrapped,
@@ -33,28 +33,6 @@ pub enum Start {
 pub fn odometry_start(graph: &mut PoseGraph) {
     let is_held = held_vertices(graph);
     place_along_edges(graph, &is_held);
-}
-
-/// Finds poses from two linear problems: all headings first, then all positions.
-///
-/// Headings: unit vectors r with the sum of w |r_to − R(z) r_from|² least, where w is the
-/// information about yaw; each is then scaled to length 1. Positions: the graph's own sum with the
-/// headings held. The fixed vertices, and in parts without one the vertex of least index, keep
-/// their poses. Kernels are not looked at. Cost: two sparse factorisations, about as much as one
-/// step of [`optimise`](crate::optimise); the workspace keeps what can be used again.
-///
-/// Source: Carlone, Tron, Daniilidis, Dellaert (2015), "Initialization techniques for 3D SLAM: a
-/// survey on rotation estimation and its use in pose graph optimization", ICRA, chordal relaxation
-/// after Martinec and Pajdla (2007), "Robust rotation and translation estimation in multiview
-/// reconstruction", CVPR.
-/// Differences: in the plane; each edge is weighted by its own information.
-///
-/// # Errors
-///
-/// [`GraphError::Undetermined`] when the equations have no unique solution,
-/// [`GraphError::TooLarge`]; the poses are left as they were.
-pub fn chordal_start(graph: &mut PoseGraph, scratch: &mut Workspace) -> Result<(), GraphError> {
-    scratch.chordal(graph)
 }
 
 /// For every vertex whether it is held: fixed by the caller, or the first of a part without one.

@@ -31,8 +31,6 @@ pub(crate) use player::Player;
 pub(crate) use routes::routes;
 pub use source::Exhibit;
 
-/// Largest recording that a page may bring, bytes. It is kept in memory until it is read, and one at a time.
-pub(crate) const UPLOAD_BYTES_MAX: usize = 10 * 1024 * 1024;
 /// Requests to the player that may wait. A page has one at a time, so they are never this many.
 const N_ASKS_MAX: usize = 64;
 
@@ -73,7 +71,7 @@ impl Mapping {
             cairn: env!("CARGO_PKG_VERSION"),
             server: std::process::id(),
             has_mission,
-            upload_max_bytes: UPLOAD_BYTES_MAX,
+            upload_max_bytes: source::UPLOAD_BYTES_MAX,
             samples: SAMPLES.to_vec(),
         };
         let stage = Stage::new(&hello);

@@ -1,5 +1,6 @@
 //! The checks. Each takes the repository and answers with findings, one line of prose each.
 
+mod circles;
 mod coverage;
 mod layers;
 mod licences;
@@ -20,6 +21,7 @@ pub(crate) struct Check {
 /// All checks, in the order in which they are reported.
 pub(crate) const CHECKS: &[Check] = &[
     Check { name: "layers of the crates", run: layers::findings },
+    Check { name: "circles of files", run: circles::findings },
     Check { name: "heads and lengths of files", run: sources::findings },
     Check { name: "units of public numbers", run: units::findings },
     Check { name: "licences of dependencies", run: licences::findings },
@@ -44,6 +46,11 @@ mod tests {
     #[test]
     fn crates_depend_downwards() {
         check("layers of the crates");
+    }
+
+    #[test]
+    fn files_import_no_circles() {
+        check("circles of files");
     }
 
     #[test]

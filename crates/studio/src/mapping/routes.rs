@@ -22,7 +22,11 @@ use serde::{Deserialize, Serialize};
 use tokio::{sync::OwnedSemaphorePermit, time::Instant};
 
 use super::{
-    Mapping, UPLOAD_BYTES_MAX, board::Message, protocol::Request, source, stage::PageSeen,
+    Mapping,
+    board::Message,
+    protocol::Request,
+    source::{self, UPLOAD_BYTES_MAX},
+    stage::PageSeen,
 };
 use crate::door::{self, Allowance};
 

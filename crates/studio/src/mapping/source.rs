@@ -7,7 +7,6 @@ use recordings::{Complaints, ReadOptions, Recording, RecordingError, Rig};
 use surveys::{Known, SurveyConfig, SurveyPrior};
 
 use super::{
-    UPLOAD_BYTES_MAX,
     parameters::values_of,
     protocol::{RecordingInfo, SampleInfo},
 };
@@ -17,6 +16,8 @@ pub(crate) const LASER_ROOM: &str = "laser-room";
 /// Scans of it: two rounds through the room.
 const N_LASER_ROOM_SCANS: usize = 600;
 
+/// Largest recording that a page may bring, bytes. It is kept in memory until it is read, and one at a time.
+pub(crate) const UPLOAD_BYTES_MAX: usize = 10 * 1024 * 1024;
 /// Bytes that a compressed log of a page may unpack to.
 const UNPACKED_BYTES_MAX: usize = UPLOAD_BYTES_MAX;
 /// Bytes of memory that a page's log may take while it is read: a building seen by a laser for an hour.
