@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | a path of lines and arcs ([`Path`]) | [`PathFollower`]: carrot, pure pursuit, Stanley, fuzzy; [`Course`]: how fast, and where to turn on the spot |
 //! | two smelled intensities, no map | [`TrailFollower`]: fuzzy (float and listing), bio-mimetic, fuzzy angle, pure pursuit |
+//! | intensities that two readers found in tags on the floor | [`TagFollower`]: fuzzy on their difference; for look-ahead points in tags, [`pursue`] |
 //! | where the robot was led by hand | [`Past`], a recording that becomes a [`Path`] with speeds |
 //! | sonar ranges along a wall | [`WallFollower`] |
 //!
@@ -20,6 +21,7 @@ pub mod fuzzy_listing;
 mod past;
 mod path;
 mod path_laws;
+mod tag_laws;
 mod trail_laws;
 mod wall;
 mod wheels;
@@ -28,6 +30,7 @@ pub use course::{Corner, Course, CourseLimits, Leg};
 pub use past::{Past, PastConfig, Recorded};
 pub use path::{Path, PathError, Piece, Projection, signed_line_error_m};
 pub use path_laws::{PathFollower, PathFollowerConfig, PathLaw, Progress, widths};
+pub use tag_laws::{TagFollower, TagFollowerConfig, TagStep, pursue};
 pub use trail_laws::{
     BioMimeticReading, EquivalentPoint, TrailFollower, TrailFollowerConfig, TrailLaw, TrailSense,
     TwoAntennas,

@@ -8,6 +8,7 @@
 //! - [`Field::sense`]: what the antennas perceive, in three modes ([`Perception`]);
 //! - [`Server`]: the server as a state machine, bytes in and bytes out;
 //! - [`model`]: diffusion, evaporation and aggregation as plain functions;
+//! - [`TagTrail`]: a trail that lies in the floor, as intensities stored in tags;
 //! - [`Synapse`]: the same perception seen as the weights of a neural network.
 //!
 //! Source of the method: I. Susnea (c. 2009), doctoral thesis, University of Galati ("the thesis"),
@@ -25,6 +26,7 @@ mod sense;
 mod server;
 mod snapshot;
 mod synapses;
+mod tag_trail;
 
 pub use field::{Field, FieldError, Source, VALUE_MAX};
 pub use map_text::MapTextError;
@@ -32,3 +34,4 @@ pub use sense::{EquivalentSource, Intensities, Perception, SenseConfig};
 pub use server::{Exchange, Server, ServerConfig, ServerCounters};
 pub use snapshot::{SNAPSHOT_HEADER, SnapshotError};
 pub use synapses::{Synapse, exo_synapses};
+pub use tag_trail::{TagTrail, amplified};

@@ -51,6 +51,19 @@ impl PoseCovariance {
         Self(Matrix3::zeros())
     }
 
+    /// The covariance after the position was measured with a standard deviation of `position_std_m` (m) in every
+    /// direction, and the heading, if it was, with `heading_std_rad` (rad). Nothing becomes less certain.
+    #[must_use]
+    pub fn fixed(&self, position_std_m: f64, heading_std_rad: Option<f64>) -> Self {
+        let least = |known: f64, std: Option<f64>| std.map_or(known, |std| known.min(std * std));
+        let position = Some(position_std_m);
+        Self(Matrix3::from_diagonal(&nalgebra::Vector3::new(
+            least(self.0[(0, 0)], position),
+            least(self.0[(1, 1)], position),
+            least(self.0[(2, 2)], heading_std_rad),
+        )))
+    }
+
     /// The covariance after the wheels rolled by `left_m` and `right_m` (m) from a pose with
     /// heading `yaw_rad`.
     ///
@@ -158,6 +171,16 @@ mod tests {
     use proptest::prelude::*;
     use rand_distr::{Distribution, StandardNormal};
     use run_context::{RandomStream, RunSeed};
+
+    #[test]
+    fn a_fix_bounds_what_it_measures_and_nothing_else() {
+        let wide = PoseCovariance(Matrix3::from_diagonal(&Vector3::new(0.04, 1e-6, 0.01)));
+        let position = wide.fixed(0.1, None);
+        assert_eq!(position.0.diagonal(), Vector3::new(0.1 * 0.1, 1e-6, 0.01));
+        let both = wide.fixed(0.1, Some(0.05));
+        assert_eq!(both.0.diagonal(), Vector3::new(0.1 * 0.1, 1e-6, 0.05 * 0.05));
+        assert_eq!(wide.fixed(9.0, Some(9.0)), wide);
+    }
 
     const DRIVE: DriveGeometry = DriveGeometry {
         wheelbase_m: 0.38,

@@ -39,6 +39,7 @@ mod clearance;
 mod collide;
 mod contact;
 pub mod floor_plan;
+mod floor_tags;
 mod neighbours;
 mod people;
 mod placing;
@@ -47,6 +48,7 @@ mod spec;
 mod world;
 
 pub use body::Body;
+pub use floor_tags::{FloorTags, FloorTagsError};
 pub use people::Person;
 pub use scene::Scene;
 pub use spec::{

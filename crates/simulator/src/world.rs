@@ -9,6 +9,7 @@ use sensor_models::{Echo, EchoCause, Material, materials};
 
 use crate::{
     body::{Body, transform_into},
+    floor_tags::FloorTags,
     neighbours::Neighbours,
     people::Person,
     scene::Scene,
@@ -28,6 +29,7 @@ pub struct World {
     pub(crate) next_thing: u64,
     pub(crate) people: Vec<Person>,
     pub(crate) bodies: Vec<Body>,
+    pub(crate) floor_tags: Option<FloorTags>,
     pub(crate) neighbours: Neighbours,
     pub(crate) seed: RunSeed,
     pub(crate) now: Stamp,
@@ -64,6 +66,7 @@ impl World {
             next_thing: 0,
             people,
             bodies: Vec::new(),
+            floor_tags: None,
             neighbours: Neighbours::new(),
             seed,
             now: Stamp::ZERO,
@@ -88,6 +91,23 @@ impl World {
     /// The surfaces' materials; tags are indices into them.
     pub fn materials(&self) -> &[Material] {
         &self.materials
+    }
+
+    /// Lays tags into the floor, in place of those that are there.
+    pub fn set_floor_tags(&mut self, tags: FloorTags) {
+        self.floor_tags = Some(tags);
+    }
+
+    /// The tags in the floor, if there are any.
+    pub fn floor_tags(&self) -> Option<&FloorTags> {
+        self.floor_tags.as_ref()
+    }
+
+    /// A robot over a tag writes the tag's intensity.
+    pub fn write_tag_strength(&mut self, place: u32, strength: u8) {
+        if let Some(tags) = &mut self.floor_tags {
+            tags.write_strength(place, strength);
+        }
     }
 
     /// Time of the state: the number of steps times their length.
@@ -274,6 +294,7 @@ impl World {
             hash.absorb(person.position.y);
             hash.absorb(person.speed_mps);
         }
+        self.floor_tags.iter().for_each(|tags| tags.absorb(hash));
         for thing in &self.things {
             hash.absorb_u64(thing.id.0);
             for corner in thing.spec.polygon.corners() {
