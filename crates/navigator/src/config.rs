@@ -18,6 +18,7 @@ use robot_models::{DriveGeometry, OdometryNoise, RobotModel};
 use crate::{
     messages::N_SONARS_MAX,
     steer::{LineSteering, TrailSteering},
+    tags::{TagSettings, TagTrail},
 };
 
 /// How a goal is reached.
@@ -30,6 +31,8 @@ pub enum Method {
     Direct,
     /// Along the path given by [`crate::Navigator::set_path`].
     Path,
+    /// Over a trail of tags in the floor (the thesis, 5.3.2).
+    Tags,
 }
 
 /// Which law keeps the robot on a trail.
@@ -112,6 +115,8 @@ pub struct NavigatorSettings {
     pub trail_fuzzy: FuzzyConfig,
     /// Constants and rules of the law in whole numbers.
     pub trail_listing: ListingConfig,
+    /// How a trail of tags is followed.
+    pub tags: TagSettings,
     /// Law on a given path.
     pub path_controller: PathController,
     /// What is done about obstacles.
@@ -206,6 +211,7 @@ pub(crate) struct Parts {
     pub(crate) machine: Machine,
     pub(crate) trail_steering: TrailSteering,
     pub(crate) line_steering: LineSteering,
+    pub(crate) tags: TagTrail,
     pub(crate) path_follower: PathFollower,
 }
 
@@ -274,6 +280,7 @@ impl Default for NavigatorSettings {
             trail_controller: TrailController::default(),
             trail_fuzzy: FuzzyConfig::default(),
             trail_listing: ListingConfig::default(),
+            tags: TagSettings::default(),
             path_controller: PathController::default(),
             avoidance: Avoidance::default(),
             variant: Variant::default(),
@@ -403,6 +410,7 @@ impl TryFrom<NavigatorSettings> for NavigatorConfig {
             machine: Machine::new(machine_config(s), &s.sensors, bubble.clone())?,
             trail_steering: trail_steering(s)?,
             line_steering: LineSteering::new()?,
+            tags: TagTrail::new(&s.tags, s.drive.wheelbase_m, s.wheel_speed_max_mps())?,
             path_follower: PathFollower::new(PathFollowerConfig {
                 law: s.path_controller.law(),
                 wheelbase_m: s.drive.wheelbase_m,

@@ -5,12 +5,15 @@
 //! allocates nothing once it runs; equal inputs give equal commands. Whoever owns it connects it to a
 //! real robot or to a simulated one, and it cannot tell which.
 //!
-//! A goal is reached by one of three [`Method`]s. On a pheromone trail the robot asks the server
+//! A goal is reached by one of four [`Method`]s. On a pheromone trail the robot asks the server
 //! about its own pose every control period and steers by the difference of two antennas (the
 //! thesis, 5.3 and 7.4). Before it sets out a *scout* asks about places at which nobody is: it
 //! walks the network of trails branch by branch, so that the robot knows the shortest way although
 //! it has no map, and which branch to take where its antennas smell several. Obstacles are passed by
 //! the nine-state machine of crate `obstacle_avoidance`, and the trail is taken up again behind them.
+//!
+//! A trail may also lie in the floor, as intensities in radio tags: a part of its own follows it by two readers, without
+//! server and scout, and corrects the robot's pose by the coordinates that the tags store.
 //!
 //! Every phase has a limit, and running into one is visible: [`Report::Failed`] with a
 //! [`FailureReason`]. When not to use it: it plans no path off the trails and knows no map of obstacles.
@@ -30,6 +33,9 @@ mod navigator;
 mod scout;
 mod speed;
 mod steer;
+mod tag_fix;
+mod tag_trail;
+mod tags;
 mod trail;
 mod view;
 
@@ -39,8 +45,9 @@ pub use config::{
 };
 pub use messages::{
     Command, FailureReason, GroundCommand, N_SONARS_MAX, Observation, Report, RobotStatus, Sensed,
-    age_ms,
+    TagRead, age_ms,
 };
 pub use navigator::Navigator;
 pub use scout::Scouting;
+pub use tags::{N_TAG_READERS_MAX, TagController, TagSettings};
 pub use view::{NavigatorView, Phase};

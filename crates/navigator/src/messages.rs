@@ -3,6 +3,7 @@
 use geometry::{Base, Map, Odom, Transform2};
 use robot_models::WheelSpeeds;
 use run_context::Stamp;
+use sensor_models::TagMemory;
 
 /// Greatest number of range sensors in one [`RobotStatus`].
 pub const N_SONARS_MAX: usize = 16;
@@ -30,12 +31,25 @@ pub enum Sensed {
         /// Intensity at the right antenna, 0–255 on the wire.
         right: f64,
     },
+    /// A reader has read a tag in the floor.
+    Tag(TagRead),
     /// An order from the ground.
     Ground(GroundCommand),
     /// The vehicle answers (again).
     LinkUp,
     /// The vehicle does not answer any more; what was known of it is old.
     LinkDown,
+}
+
+/// A tag in the floor that a reader has read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TagRead {
+    /// Which reader: its place in [`TagSettings::readers_in_base`](crate::TagSettings::readers_in_base), the left one first.
+    pub reader: u8,
+    /// The tag's own number.
+    pub tag: u32,
+    /// What it stores.
+    pub memory: TagMemory,
 }
 
 /// What the vehicle says about itself; a decoded server information packet, in SI units.

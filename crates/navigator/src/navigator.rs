@@ -20,6 +20,8 @@ use crate::{
     scout::Scout,
     speed::Stillness,
     steer::{LineSteering, Sight, TrailSteering, to_wheels},
+    tag_fix::TagFix,
+    tags::TagTrail,
     trail::PREVIEW_STEP_M,
     view::{NavigatorView, Phase},
 };
@@ -42,7 +44,7 @@ pub struct Navigator {
     pub(crate) stillness: Stillness,
     link_up: bool,
     pub(crate) pose: Se2,
-    covariance: PoseCovariance,
+    pub(crate) covariance: PoseCovariance,
     pub(crate) echoes: EchoMemory,
     pub(crate) machine: Machine,
     pub(crate) bypass: Bypass,
@@ -50,6 +52,8 @@ pub struct Navigator {
     pub(crate) scout: Scout,
     pub(crate) trail_steering: TrailSteering,
     pub(crate) line_steering: LineSteering,
+    pub(crate) tags: TagTrail,
+    pub(crate) tag_fix: TagFix,
     pub(crate) phase: Phase,
     pub(crate) phase_since: Stamp,
     pub(crate) goal: Option<Transform2<Map, Base>>,
@@ -112,6 +116,8 @@ impl Navigator {
             scout: Scout::new().with_room(),
             trail_steering: parts.trail_steering,
             line_steering: parts.line_steering,
+            tags: parts.tags,
+            tag_fix: TagFix::new(),
             phase: Phase::Idle,
             phase_since: Stamp::ZERO,
             goal: None,
@@ -221,6 +227,7 @@ impl Navigator {
         }
         // What was remembered in the map is in the wrong place now.
         self.echoes.clear();
+        self.tag_fix.clear();
     }
 
     fn observe(&mut self, now: Stamp, observation: &Observation, commands: &mut Vec<Command>) {
@@ -234,6 +241,7 @@ impl Navigator {
                     None => {}
                 }
             }
+            Sensed::Tag(read) => self.take_tag(now, &read),
             Sensed::Ground(order) => self.obey(now, order, commands),
             Sensed::LinkUp => self.link_up = true,
             Sensed::LinkDown => self.link_up = false,
@@ -250,6 +258,7 @@ impl Navigator {
         let pose = (self.map_from_odom * status.odom_from_base).se2();
         let settings = &self.config.settings;
         if self.status.is_some() {
+            self.tags.roll(self.pose, pose);
             let moved = self.pose.inverse().compose(pose).log();
             self.driven_m += moved.dx_m.abs();
             let half_turn_m = 0.5 * moved.dyaw_rad * settings.drive.wheelbase_m;
@@ -340,6 +349,7 @@ impl Navigator {
                 self.drive_to(target, now);
             }
             Method::Path => self.begin_path(now, commands),
+            Method::Tags => self.begin_tags(now, commands),
         }
     }
 
@@ -356,6 +366,9 @@ impl Navigator {
             return;
         }
         self.watch_progress(now);
+        if self.tags_control(now, commands) {
+            return;
+        }
         match self.phase {
             Phase::AimAtTrail => self.aim_step(now, commands),
             Phase::FollowTrail => self.follow_control(now, commands),
