@@ -50,6 +50,6 @@ pub use transport::{MemoryTransport, SerialTransport, TcpTransport, Transport, T
 pub use verdict::{Check, Verdict};
 pub use view::{
     LogItem, LogLevel, Pose, Scene, SceneDevice, SceneFunction, SceneLink, SceneOperand,
-    ScenePheromones, SceneProgram, SceneRobot, SceneSonar, SceneThing, SceneWall, TraceItem,
-    ViewDecision, ViewFigures, ViewPerson, ViewPose, ViewRobot, ViewState, ViewTimer,
+    ScenePheromones, SceneProgram, SceneRobot, SceneSonar, SceneTags, SceneThing, SceneWall,
+    TraceItem, ViewDecision, ViewFigures, ViewPerson, ViewPose, ViewRobot, ViewState, ViewTimer,
 };

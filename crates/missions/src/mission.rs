@@ -24,7 +24,8 @@ pub use error::{MissionError, SettingError};
 use file::MissionFile;
 use inline::Shelf;
 use plan::{
-    DecisionPlan, DevicePlan, EventPlan, LinkPlan, PheromonePlan, Requirement, RobotPlan, WorldPlan,
+    DecisionPlan, DevicePlan, EventPlan, LinkPlan, PheromonePlan, Requirement, RobotPlan, TagsPlan,
+    WorldPlan,
 };
 
 /// Every key with its default and what it means, as a mission file.
@@ -59,6 +60,7 @@ pub(crate) struct Parts {
     pub(crate) devices: Vec<DevicePlan>,
     pub(crate) robots: Vec<RobotPlan>,
     pub(crate) pheromones: Option<PheromonePlan>,
+    pub(crate) tags: Option<TagsPlan>,
     pub(crate) decision: Option<DecisionPlan>,
     pub(crate) events: Vec<EventPlan>,
     pub(crate) success: Vec<Requirement>,

@@ -20,6 +20,7 @@ mod ring_log;
 mod scene;
 mod show;
 mod sides;
+mod tags;
 mod tap;
 mod teleoperator;
 mod vehicle;
@@ -27,7 +28,8 @@ mod words;
 
 use std::{collections::VecDeque, time::Duration};
 
-use geometry::Se2;
+use geometry::{Se2, Vec2};
+use navigator::Method;
 use path_following::Path;
 use rayon::prelude::*;
 use robot_models::BodyVelocity;
@@ -175,8 +177,11 @@ impl Run {
         let vehicles = build::vehicles(&mission, seed, &mut world)?;
         let decision = build::decision(&mission);
         let parts = mission.parts();
-        let trails = parts.pheromones.iter().flat_map(|p| &p.trails);
-        let trails: Vec<Path> = trails.filter_map(|trail| Path::polyline(trail).ok()).collect();
+        let paths = |trails: &[Vec<Vec2>]| -> Vec<Path> {
+            trails.iter().filter_map(|trail| Path::polyline(trail).ok()).collect()
+        };
+        let of_server = parts.pheromones.as_ref().map_or_else(Vec::new, |p| paths(&p.trails));
+        let of_tags = parts.tags.as_ref().map_or_else(Vec::new, |t| paths(&t.trails));
         let metrics = parts
             .robots
             .iter()
@@ -184,6 +189,8 @@ impl Run {
             .map(|(r, v)| {
                 let by_hand = r.teleoperator.as_ref().map(|t| &t.path);
                 let path = by_hand.or(r.path.as_ref());
+                let by_tags = r.navigator.settings().method == Method::Tags;
+                let trails = if by_tags { &of_tags } else { &of_server };
                 let paths = path.map_or_else(|| trails.clone(), |path| vec![path.clone()]);
                 let approach_m = r.navigator.settings().approach_m;
                 let sides = r.path.as_ref().map(|path| sides::Sides::new(path, approach_m));

@@ -25,6 +25,8 @@ pub struct Scene {
     pub robots: Vec<SceneRobot>,
     /// The pheromone field.
     pub pheromones: Option<ScenePheromones>,
+    /// The tags in the floor.
+    pub tags: Option<SceneTags>,
     /// The trails or, without them, the straight lines to the goals (m).
     pub planned_path_m: Vec<Vec2>,
     /// The decision program.
@@ -93,6 +95,10 @@ pub struct SceneRobot {
     pub sonars: Vec<SceneSonar>,
     /// Where it started.
     pub start: Se2,
+    /// Its readers of tags in its base frame (m), and the radius of their recognition areas, m.
+    pub tag_readers_m: Vec<Vec2>,
+    /// Zero without readers, m.
+    pub tag_range_m: f64,
     /// How near it has to come to its goal, if the mission demands that it arrives, m.
     pub goal_tolerance_m: Option<f64>,
     /// It is no body of this simulation but at the end of a socket or a serial line: what cannot be measured from
@@ -113,6 +119,15 @@ pub struct SceneSonar {
     pub half_angle_rad: f64,
     /// Greatest range, m.
     pub range_max_m: f64,
+}
+
+/// Tags in the floor, as they are when the scene is asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneTags {
+    /// Between neighbours, m.
+    pub pitch_m: f64,
+    /// Where each tag that answers is (m), and the intensity that it stores.
+    pub strengths: Vec<(Vec2, u8)>,
 }
 
 /// The pheromone field.

@@ -21,6 +21,11 @@ fn following_a_trail_with_every_node_allocates_nothing() {
 }
 
 #[test]
+fn following_tags_allocates_nothing() {
+    assert_eq!(quietest_second("tag-trail", 14, 8), 0);
+}
+
+#[test]
 fn driving_straight_allocates_nothing() {
     assert_eq!(quietest_second("one-obstacle", 5, 5), 0);
 }

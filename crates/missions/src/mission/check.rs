@@ -5,6 +5,7 @@ mod hints;
 mod map;
 mod ring;
 mod robots;
+mod tags;
 mod tasks;
 
 pub(crate) use environment::{overlap, rectangle};
@@ -38,6 +39,7 @@ pub(super) fn check(file: MissionFile) -> Checked<Mission> {
     let devices = environment::devices(&file)?;
     let robots = robots::robots(&file)?;
     let pheromones = file.pheromones.as_ref().map(environment::pheromones).transpose()?;
+    let tags = file.tags.as_ref().map(|t| tags::tags(&file, t)).transpose()?;
     let world = environment::world(&file, pheromones.as_ref())?;
     environment::starts_are_free(&world, &robots)?;
     let decision = file.decision.as_ref();
@@ -47,11 +49,15 @@ pub(super) fn check(file: MissionFile) -> Checked<Mission> {
             let allowed = "`direct`, because the mission has no [pheromones]";
             return Err(Wrong::new(format!("robots[{i}].navigator.route"), "trail", allowed));
         }
+        if robot.navigator.route == "tags" && tags.is_none() {
+            let allowed = "another route, because the mission has no [tags]";
+            return Err(Wrong::new(format!("robots[{i}].navigator.route"), "tags", allowed));
+        }
     }
     let events = tasks::events(&file, &devices, &robots)?;
     let success = tasks::success(&file, &devices, &robots)?;
     let parts =
-        Parts { duration_max, world, devices, robots, pheromones, decision, events, success };
+        Parts { duration_max, world, devices, robots, pheromones, tags, decision, events, success };
     Ok(Mission::from_parts(file, parts))
 }
 

@@ -4,7 +4,11 @@
 //! that works; [`Mission::template`](crate::Mission::template) lists them all with their documents. What is written
 //! here is only relied on after [`Mission`](crate::Mission) has checked it.
 
+mod tags;
+
 use serde::{Deserialize, Deserializer, Serialize};
+
+pub use tags::{TagFollowingFile, TagReadersFile, TagsFile};
 
 /// A whole mission file.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -23,6 +27,9 @@ pub struct MissionFile {
     /// `[pheromones]`: the trail and its server; absent: there is no server.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pheromones: Option<PheromonesFile>,
+    /// `[tags]`: tags in the floor with a trail in them; absent: there are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tags: Option<TagsFile>,
     /// `[decision]`: the decision program; absent: goals come from events only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionFile>,
@@ -314,6 +321,9 @@ pub struct RobotFile {
     pub link: LinkFile,
     /// `[robots.navigator]`: the methods of the navigation node.
     pub navigator: NavigatorFile,
+    /// `[robots.tag_readers]`: readers of tags in the floor; absent: none, unless it follows tags.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tag_readers: Option<TagReadersFile>,
     /// `[robots.teleoperator]`: a person who drives it by hand; absent: nobody does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub teleoperator: Option<TeleoperatorFile>,
@@ -332,6 +342,7 @@ impl Default for RobotFile {
             sonar: SonarFile::default(),
             link: LinkFile::default(),
             navigator: NavigatorFile::default(),
+            tag_readers: None,
             teleoperator: None,
         }
     }
@@ -544,7 +555,7 @@ fn radio_link<'de, D: Deserializer<'de>>(from: D) -> Result<LinkFile, D::Error> 
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct NavigatorFile {
-    /// How it gets to a goal: `trail` (pheromones), `direct` (a straight line) or `path`.
+    /// How it gets to a goal: `trail` (pheromones), `direct` (a straight line), `path` or `tags` (in the floor).
     pub route: String,
     /// Corners of the path that `route = "path"` follows to its goal, from start to goal.
     pub path_m: Vec<[f64; 2]>,
@@ -582,6 +593,8 @@ pub struct NavigatorFile {
     pub goal_within_deg: f64,
     /// `[robots.navigator.fuzzy]`: sets and rules of the fuzzy laws on the trail.
     pub fuzzy: FuzzyFile,
+    /// `[robots.navigator.tags]`: how it follows tags in the floor.
+    pub tags: TagFollowingFile,
 }
 
 impl Default for NavigatorFile {
@@ -605,6 +618,7 @@ impl Default for NavigatorFile {
             goal_within_m: 0.06,
             goal_within_deg: 4.0,
             fuzzy: FuzzyFile::default(),
+            tags: TagFollowingFile::default(),
         }
     }
 }

@@ -9,7 +9,7 @@ use path_following::Path;
 use pheromones::{Field, SenseConfig};
 use robot_models::{OdometryErrors, RobotModel};
 use run_context::Stamp;
-use sensor_models::SonarModel;
+use sensor_models::{SonarModel, TagReaderModel};
 use simulator::floor_plan::FloorPlan;
 use wire::link::LinkConfig;
 
@@ -152,6 +152,8 @@ pub(crate) struct RobotPlan {
     pub(crate) navigator: Arc<NavigatorConfig>,
     /// What the path method follows.
     pub(crate) path: Option<Path>,
+    /// Its readers of tags, if it has any.
+    pub(crate) tag_readers: Option<TagReadersPlan>,
     /// Who drives it by hand.
     pub(crate) teleoperator: Option<TeleoperatorPlan>,
 }
@@ -162,6 +164,30 @@ pub(crate) struct TeleoperatorPlan {
     pub(crate) path: Path,
     pub(crate) speed_mps: f64,
     pub(crate) starts_at: Stamp,
+}
+
+/// Readers of tags under a robot.
+#[derive(Clone, Debug)]
+pub(crate) struct TagReadersPlan {
+    /// Where they are (m, base frame), the left one first.
+    pub(crate) in_base: Vec<Vec2>,
+    pub(crate) model: TagReaderModel,
+    /// What the robot adds to a tag of the trail that it passes.
+    pub(crate) amplify: u8,
+}
+
+/// Tags in the floor, and the trail in them.
+#[derive(Clone, Debug)]
+pub(crate) struct TagsPlan {
+    pub(crate) trails: Vec<Vec<Vec2>>,
+    pub(crate) width_cells: usize,
+    pub(crate) peak: u8,
+    pub(crate) pitch_m: f64,
+    /// x0, y0, x1, y1, metres.
+    pub(crate) area_m: [f64; 4],
+    pub(crate) missing_ratio: f64,
+    /// Zero: tags store no look-ahead points.
+    pub(crate) look_ahead_m: f64,
 }
 
 #[derive(Clone, Debug)]

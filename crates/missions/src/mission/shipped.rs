@@ -44,6 +44,7 @@ pub(crate) const MISSIONS: &[ShippedMission] = shipped![
     "trail-45deg",
     "trail-corner",
     "trail-junctions",
+    "tag-trail",
     "path-slalom",
     "one-obstacle",
     "intermediate-goals",

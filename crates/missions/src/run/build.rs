@@ -6,7 +6,7 @@ use rand_core::Rng;
 use run_context::{RandomStream, RunSeed, Stamp};
 use simulator::{PersonSpec, RobotPlacement, ThingKind, ThingSpec, World, WorldSpec};
 
-use super::{RunError, STEP, ground::DecisionNode, vehicle::Vehicle};
+use super::{RunError, STEP, ground::DecisionNode, tags, vehicle::Vehicle};
 use crate::{
     intervention::InterventionError,
     mission::{
@@ -40,7 +40,11 @@ pub(super) fn world(mission: &Mission, seed: RunSeed) -> Result<(World, u64), Ru
     }
     let n_things = things.len() as u64;
     let refuse = |source| RunError::World { mission: mission.name().to_owned(), source };
-    let world = World::new(WorldSpec { static_map, things, people }, seed, STEP).map_err(refuse)?;
+    let spec = WorldSpec { static_map, things, people };
+    let mut world = World::new(spec, seed, STEP).map_err(refuse)?;
+    if let Some(floor) = mission.parts().tags.as_ref().and_then(|plan| tags::floor(plan, seed)) {
+        world.set_floor_tags(floor);
+    }
     Ok((world, n_things))
 }
 

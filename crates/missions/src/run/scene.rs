@@ -12,7 +12,7 @@ use crate::{
     },
     view::{
         Scene, SceneDevice, SceneFunction, SceneLink, SceneOperand, ScenePheromones, SceneProgram,
-        SceneRobot, SceneSonar, SceneThing, SceneWall,
+        SceneRobot, SceneSonar, SceneTags, SceneThing, SceneWall,
     },
 };
 
@@ -37,6 +37,10 @@ pub(super) fn scene(run: &Run) -> Scene {
             .map(|(i, plan)| robot(plan, goal_tolerance_m(parts, i)))
             .collect(),
         pheromones: parts.pheromones.as_ref().map(pheromones),
+        tags: run.world.floor_tags().map(|tags| SceneTags {
+            pitch_m: tags.pitch_m(),
+            strengths: tags.tags().map(|(_, tag)| (tag.in_map, tag.strength)).collect(),
+        }),
         planned_path_m: planned_path(parts),
         program: parts.decision.as_ref().map(program),
         links: links(parts),
@@ -96,6 +100,8 @@ fn robot(plan: &RobotPlan, goal_tolerance_m: Option<f64>) -> SceneRobot {
         footprint_m: plan.model.footprint.corners().to_vec(),
         sonars: plan.model.sonars.iter().take(super::show::N_SONARS_SHOWN).map(sonar).collect(),
         start: plan.start,
+        tag_readers_m: plan.tag_readers.iter().flat_map(|r| r.in_base.clone()).collect(),
+        tag_range_m: plan.tag_readers.as_ref().map_or(0.0, |r| r.model.range_m),
         goal_tolerance_m,
         is_elsewhere: matches!(plan.link, LinkPlan::Tcp { .. } | LinkPlan::Serial { .. }),
         hand_speed_max_mps: by_hand.speed_max_mps,
@@ -126,7 +132,8 @@ fn pheromones(plan: &crate::mission::plan::PheromonePlan) -> ScenePheromones {
 
 /// The first trail; without one, straight lines from the first robot's start over its goals.
 fn planned_path(parts: &Parts) -> Vec<Vec2> {
-    if let Some(trail) = parts.pheromones.as_ref().and_then(|p| p.trails.first()) {
+    let of_server = parts.pheromones.as_ref().and_then(|p| p.trails.first());
+    if let Some(trail) = of_server.or(parts.tags.as_ref().and_then(|t| t.trails.first())) {
         return trail.clone();
     }
     let Some(first) = parts.robots.first() else { return Vec::new() };

@@ -141,6 +141,9 @@ pub(super) fn summary(run: &Run) -> Summary {
     if let (Some(m), Some(vehicle)) = (run.metrics.first(), run.vehicles.first()) {
         robot_figures(run, m, &mut figures);
         link_figures(run, vehicle, &mut figures);
+        if let Some(n_reads) = vehicle.n_tag_reads() {
+            figures.push(figure("tag_reads", Some(n_reads as f64), "tags that its readers read"));
+        }
     }
     if !run.vehicles.is_empty() {
         let rolling = Some(run.n_rolling() as f64);

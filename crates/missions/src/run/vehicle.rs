@@ -30,6 +30,7 @@ use super::{
         WiredGround, WiredRobot,
     },
     ring_log::RingLog,
+    tags::TagReaders,
     tap::Tap,
     teleoperator::Teleoperator,
     words,
@@ -60,6 +61,7 @@ pub(super) struct Vehicle {
     robot: RobotLine,
     server: ServerLine,
     ground: GroundLine,
+    tag_readers: Option<TagReaders>,
     navigator: Navigator,
     /// Who drives it by hand.
     teleoperator: Option<Teleoperator>,
@@ -146,6 +148,9 @@ impl Vehicle {
             robot: robot_line(plan, seed)?,
             server: server_line(mission, index, seed).map_err(settings)?,
             ground: ground_line(&ground_link, answer_within, plan, seed).map_err(settings)?,
+            tag_readers: plan.tag_readers.as_ref().map(|readers| {
+                TagReaders::new(readers, seed.stream(&format!("tags/{}", plan.name)))
+            }),
             navigator,
             teleoperator: plan.teleoperator.as_ref().map(|t| Teleoperator::new(t, &plan.model)),
             hand: Hand::default(),
@@ -311,6 +316,9 @@ impl Vehicle {
         server.observe(now, field, scratch, server_tap);
         let said = FromGround { order: self.order.take(), question: self.question.take() };
         ground.observe(now, said, &mut self.telemetry, scratch, ground_tap);
+        if let (Some(readers), Some(body)) = (&mut self.tag_readers, self.body) {
+            readers.sense(now, world, body, &mut scratch.observations);
+        }
         if self.halts != Halt::No {
             scratch.observations.retain(|seen| !matches!(seen.value, Sensed::Ground(_)));
         }
@@ -347,6 +355,7 @@ impl Vehicle {
         let (wheels, acceleration_mps2) = self.robot.reference(world, body);
         world.set_acceleration(body, acceleration_mps2);
         world.set_wheel_reference(body, wheels);
+        self.tag_readers.iter().for_each(|readers| readers.apply(world));
     }
 
     /// Begin and end markers of a control cycle: from the question about the robot's own pose to the
@@ -357,6 +366,7 @@ impl Vehicle {
             match observation.value {
                 Sensed::Robot(status) => self.status = Some(status),
                 Sensed::Ground(_) => self.order_under_way = false,
+                Sensed::Tag(_) => {}
                 Sensed::LinkDown | Sensed::LinkUp => {
                     let is_lost = observation.value == Sensed::LinkDown;
                     if std::mem::replace(&mut self.is_lost, is_lost) != is_lost {
@@ -508,6 +518,11 @@ impl Vehicle {
         })
     }
 
+    /// How often its readers have read a tag; `None` without readers.
+    pub(super) fn n_tag_reads(&self) -> Option<u64> {
+        self.tag_readers.as_ref().map(TagReaders::n_reads)
+    }
+
     /// What the pheromone server at the end of its link counted.
     pub(super) fn server_traffic(&self) -> Option<ServerCounters> {
         self.server.traffic()
@@ -547,6 +562,7 @@ impl Vehicle {
         if let Some(person) = &self.teleoperator {
             person.absorb_state(hash);
         }
+        self.tag_readers.iter().for_each(|readers| readers.absorb_state(hash));
     }
 }
 

@@ -19,6 +19,10 @@ pub(super) fn task(view: &NavigatorView<'_>) -> String {
                 ),
             }
         }
+        Phase::FollowTrail if view.preview_in_map.is_empty() => {
+            let away_m = (goal - view.map_from_base.se2().position()).norm();
+            format!("on the way to {place}: {away_m:.1} m away in a straight line")
+        }
         Phase::FollowTrail => format!("on the way to {place}: {:.1} m to go", view.way_ahead_m),
         Phase::Arrived => format!("stands at {place}"),
         Phase::Failed(reason) => format!("gave up {place}: {}", failure(reason, view.scouting)),
@@ -30,6 +34,10 @@ pub(super) fn task(view: &NavigatorView<'_>) -> String {
 pub(super) fn failure(reason: FailureReason, scouting: Scouting) -> String {
     let Scouting { n_questions, searched_m, nearest_m, is_cut_short } = scouting;
     match (reason, nearest_m) {
+        // Nobody was asked: the robot has looked for tags around itself.
+        (FailureReason::NoTrail, _) if n_questions == 0 => {
+            format!("{}; nothing of one was sensed around the robot", reason.as_str())
+        }
         (FailureReason::NoTrail, _) => {
             let why = "the server was asked about {} places around the robot";
             format!("{}; {}", reason.as_str(), why.replace("{}", &n_questions.to_string()))

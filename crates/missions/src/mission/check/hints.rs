@@ -22,7 +22,23 @@ pub(in crate::mission) fn warnings(file: &MissionFile, parts: &Parts) -> Vec<Str
     let notes = parts.world.map.iter().flat_map(|map| &map.notes);
     found.extend(notes.map(|note| format!("world.map: {note}")));
     starts(file, parts, &mut found);
+    tags(file, parts, &mut found);
     found
+}
+
+/// Tags that nobody reads, and readers over a floor without any.
+fn tags(file: &MissionFile, parts: &Parts, found: &mut Vec<String>) {
+    let read = parts.robots.iter().any(|robot| robot.tag_readers.is_some());
+    if parts.tags.is_some() && !read {
+        let what = "no robot has readers; add [robots.tag_readers] or route = \"tags\"";
+        found.push(format!("[tags]: {what}"));
+    }
+    for (i, _) in file.robots.iter().enumerate().filter(|(_, r)| r.tag_readers.is_some()) {
+        if parts.tags.is_none() {
+            let what = "the floor has no tags to read; add [tags]";
+            found.push(format!("robots[{i}].tag_readers: {what}"));
+        }
+    }
 }
 
 /// Robots outside of what the studio draws.

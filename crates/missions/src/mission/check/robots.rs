@@ -15,9 +15,9 @@ use sensor_models::SonarModel;
 use super::super::{
     error::Wrong,
     file::{MissionFile, NavigatorFile, OdometryFile, RobotFile, SonarFile, TeleoperatorFile},
-    plan::{LinkPlan, RobotPlan, TeleoperatorPlan},
+    plan::{LinkPlan, RobotPlan, TagReadersPlan, TeleoperatorPlan},
 };
-use super::{Checked, N_LINKS, choose, link, point, pose, range, ring, seconds, unique};
+use super::{Checked, N_LINKS, choose, link, point, pose, range, ring, seconds, tags, unique};
 
 /// Times that a path may be driven.
 const LAPS_MAX: u32 = 100;
@@ -70,7 +70,8 @@ fn group(key: &str, file: &RobotFile) -> Checked<Vec<RobotPlan>> {
         model.limits.acceleration_max_mps2 = acceleration_mps2(key, &file.navigator)?;
     }
     let model = Arc::new(model);
-    let navigator = Arc::new(navigator(key, file, &model)?);
+    let tag_readers = tags::readers(key, file, &link)?;
+    let navigator = Arc::new(navigator(key, file, &model, tag_readers.as_ref())?);
     let path = path(key, &file.navigator)?;
     let one = |n: usize| {
         let (column, row) = (n % file.row_length, n / file.row_length);
@@ -85,6 +86,7 @@ fn group(key: &str, file: &RobotFile) -> Checked<Vec<RobotPlan>> {
             link: link.clone(),
             navigator: Arc::clone(&navigator),
             path: path.clone(),
+            tag_readers: tag_readers.clone(),
             teleoperator: teleoperator.clone(),
         }
     };
@@ -236,6 +238,15 @@ fn trail_controller(key: &str, name: &str) -> Checked<TrailController> {
     })
 }
 
+fn method(key: &str, name: &str) -> Checked<Method> {
+    Ok(match choose(key, name, &["trail", "direct", "path", "tags"])? {
+        0 => Method::Trail,
+        1 => Method::Direct,
+        2 => Method::Path,
+        _ => Method::Tags,
+    })
+}
+
 fn path_controller(key: &str, name: &str) -> Checked<PathController> {
     Ok(match choose(key, name, &["fuzzy", "carrot", "pure_pursuit", "stanley"])? {
         0 => PathController::Fuzzy,
@@ -256,7 +267,12 @@ fn speed_mps(key: &str, speed_mps: f64, model: &RobotModel) -> Checked<f64> {
     Ok(speed_mps)
 }
 
-fn navigator(key: &str, robot: &RobotFile, model: &RobotModel) -> Checked<NavigatorConfig> {
+fn navigator(
+    key: &str,
+    robot: &RobotFile,
+    model: &RobotModel,
+    readers: Option<&TagReadersPlan>,
+) -> Checked<NavigatorConfig> {
     let file = &robot.navigator;
     let at = |name: &str| format!("{key}.navigator.{name}");
     if !(50..=2000).contains(&file.control_period_ms) || !file.control_period_ms.is_multiple_of(10)
@@ -270,11 +286,8 @@ fn navigator(key: &str, robot: &RobotFile, model: &RobotModel) -> Checked<Naviga
     let settings = NavigatorSettings {
         trail_fuzzy,
         trail_listing,
-        method: match choose(&at("route"), &file.route, &["trail", "direct", "path"])? {
-            0 => Method::Trail,
-            1 => Method::Direct,
-            _ => Method::Path,
-        },
+        method: method(&at("route"), &file.route)?,
+        tags: tags::following(key, robot, readers)?,
         path_controller: path_controller(&at("path_controller"), &file.path_controller)?,
         trail_controller: trail_controller(&at("trail_controller"), &file.trail_controller)?,
         avoidance: match choose(&at("avoidance"), &file.avoidance, &["checked", "rebound", "off"])?
