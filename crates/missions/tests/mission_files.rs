@@ -142,9 +142,7 @@ fn a_method_that_does_not_exist_is_answered_with_those_that_do() {
     check(
         SMALL,
         &["robots.navigator.route=teleport"],
-        &expect![[
-            r#"--set robots.navigator.route=teleport: robots[0].navigator.route = "teleport": must be one of `trail`, `direct`, `path`"#
-        ]],
+        &expect![[r#"--set robots.navigator.route=teleport: robots[0].navigator.route = "teleport": must be one of `trail`, `direct`, `path`, `tags`"#]],
     );
     check(
         SMALL,
@@ -241,7 +239,7 @@ fn files_that_are_not_there_are_named() {
         ]],
     );
     let absent = Mission::load("no/such/mission.toml", &[]).unwrap_err().to_string();
-    expect!["no mission is called `no/such/mission.toml` and no such file exists; shipped missions: doorbell, doorbell-answered, trail-45deg, trail-corner, trail-junctions, path-slalom, one-obstacle, intermediate-goals, decision-rig, errands, night-watch, swarm, link-cut, server-lost, ward-call, workshop, artemic-e1, artemic-e2, artemic-e3, artemic-e4"].assert_eq(&absent);
+    expect!["no mission is called `no/such/mission.toml` and no such file exists; shipped missions: doorbell, doorbell-answered, trail-45deg, trail-corner, trail-junctions, tag-trail, path-slalom, one-obstacle, intermediate-goals, decision-rig, errands, night-watch, swarm, link-cut, server-lost, ward-call, workshop, artemic-e1, artemic-e2, artemic-e3, artemic-e4"].assert_eq(&absent);
 }
 
 #[test]
@@ -299,7 +297,7 @@ fn overrides_that_cannot_be_applied_are_explained() {
         SMALL,
         &["robots.wings=2"],
         &expect![[r#"
-            --set robots.wings=2: unknown field `wings`, expected one of `name`, `model`, `start`, `count`, `spacing_m`, `row_length`, `odometry`, `sonar`, `link`, `navigator`, `teleoperator`
+            --set robots.wings=2: unknown field `wings`, expected one of `name`, `model`, `start`, `count`, `spacing_m`, `row_length`, `odometry`, `sonar`, `link`, `navigator`, `tag_readers`, `teleoperator`
             in `robots`"#]],
     );
 }
