@@ -1,3 +1,5 @@
+//! Tests of the part that follows tags, on a trail written out in the test.
+
 use sensor_models::{TagHint, TagMemory};
 
 use super::*;

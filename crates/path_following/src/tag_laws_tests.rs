@@ -1,3 +1,5 @@
+//! Tests of the laws for tags, with an ideal robot.
+
 use geometry::{Se2, Twist};
 
 use super::*;
