@@ -142,7 +142,9 @@ fn a_method_that_does_not_exist_is_answered_with_those_that_do() {
     check(
         SMALL,
         &["robots.navigator.route=teleport"],
-        &expect![[r#"--set robots.navigator.route=teleport: robots[0].navigator.route = "teleport": must be one of `trail`, `direct`, `path`, `tags`"#]],
+        &expect![[
+            r#"--set robots.navigator.route=teleport: robots[0].navigator.route = "teleport": must be one of `trail`, `direct`, `path`, `tags`"#
+        ]],
     );
     check(
         SMALL,

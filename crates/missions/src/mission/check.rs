@@ -1,5 +1,6 @@
 //! From what is written to what may be relied on: every range, name and reference.
 
+mod common;
 mod environment;
 mod hints;
 mod map;
@@ -12,20 +13,9 @@ pub(crate) use environment::{overlap, rectangle};
 pub(super) use hints::warnings;
 pub(super) use map::wrong_map;
 
-use std::time::Duration;
-
-use geometry::{Se2, Vec2};
-
-use super::{
-    error::Wrong,
-    file::{LinkFile, MissionFile},
-    plan::LinkPlan,
-};
+use super::{error::Wrong, file::MissionFile};
 use crate::mission::{Mission, Parts};
-
-pub(super) use settings::{choose, range};
-
-type Checked<T> = Result<T, Wrong>;
+use common::{Checked, range, seconds};
 
 /// Checks a whole mission whose files have been read in.
 pub(super) fn check(file: MissionFile) -> Checked<Mission> {
@@ -59,89 +49,4 @@ pub(super) fn check(file: MissionFile) -> Checked<Mission> {
     let parts =
         Parts { duration_max, world, devices, robots, pheromones, tags, decision, events, success };
     Ok(Mission::from_parts(file, parts))
-}
-
-/// A point whose coordinates are within 10 km of the origin.
-fn point(key: impl Into<String>, [x, y]: [f64; 2]) -> Checked<Vec2> {
-    let ok = |v: f64| v.abs() <= 10_000.0;
-    if ok(x) && ok(y) {
-        Ok(Vec2::new(x, y))
-    } else {
-        Err(Wrong::new(key, [x, y], "two coordinates from -10000 to 10000 m"))
-    }
-}
-
-/// A pose written as x, y (m), yaw (degrees).
-fn pose(key: &str, [x, y, yaw_deg]: [f64; 3]) -> Checked<Se2> {
-    let position = point(key, [x, y])?;
-    let yaw =
-        range(key, yaw_deg, -360.0..=360.0, "x and y (m) and a yaw from -360 to 360 degrees")?;
-    Ok(Se2::new(position.x, position.y, yaw.to_radians()))
-}
-
-/// A duration in seconds that was checked to be finite and not negative.
-fn seconds(value_s: f64) -> Duration {
-    Duration::try_from_secs_f64(value_s).unwrap_or_default()
-}
-
-/// Names must not be empty and must differ.
-fn unique<'a>(table: &str, names: impl Iterator<Item = &'a str>) -> Checked<()> {
-    let mut seen: Vec<&str> = Vec::new();
-    for (i, name) in names.enumerate() {
-        if name.is_empty() {
-            return Err(Wrong::new(format!("{table}[{i}].name"), name, "a name"));
-        }
-        if let Some(first) = seen.iter().position(|&s| s == name) {
-            let allowed = format!("a name of its own; {table}[{first}] has this one");
-            return Err(Wrong::new(format!("{table}[{i}].name"), name, allowed));
-        }
-        seen.push(name);
-    }
-    Ok(())
-}
-
-/// The index of the thing that is named; the error lists what exists.
-fn named(key: &str, name: &str, names: &[&str]) -> Checked<usize> {
-    names.iter().position(|&n| n == name).ok_or_else(|| {
-        let list = if names.is_empty() { "there are none".to_owned() } else { names.join(", ") };
-        let meant = settings::did_you_mean(name, names.iter().copied());
-        let meant = meant.map(|meant| format!(" (did you mean `{meant}`?)")).unwrap_or_default();
-        Wrong::new(key, name, format!("one of the mission's names: {list}{meant}"))
-    })
-}
-
-/// A line between two nodes.
-/// Links between nodes that are always simulated here are in memory or direct.
-const N_SIMULATED_LINKS: usize = 2;
-/// A robot may also be elsewhere.
-const N_LINKS: usize = 4;
-
-/// A link of one of the first `n_kinds` kinds: memory, direct, tcp, serial.
-fn link(key: &str, file: &LinkFile, n_kinds: usize) -> Checked<LinkPlan> {
-    let kinds = ["memory", "direct", "tcp", "serial"];
-    let kinds = &kinds[..n_kinds];
-    let at = |name: &str| format!("{key}.{name}");
-    range(at("latency_ms"), file.latency_ms, 0.0..=10_000.0, "from 0 to 10000 ms")?;
-    range(at("jitter_ms"), file.jitter_ms, 0.0..=10_000.0, "from 0 to 10000 ms")?;
-    range(at("loss_prob"), file.loss_prob, 0.0..=1.0, "from 0 to 1")?;
-    range(at("corruption_prob"), file.corruption_prob, 0.0..=1.0, "from 0 to 1")?;
-    match choose(&at("kind"), &file.kind, kinds)? {
-        0 => Ok(LinkPlan::Memory(wire::link::LinkConfig {
-            baud: (file.baud > 0).then_some(file.baud),
-            latency: seconds(file.latency_ms * 1e-3),
-            jitter: seconds(file.jitter_ms * 1e-3),
-            loss_prob: file.loss_prob,
-            corruption_prob: file.corruption_prob,
-        })),
-        1 => Ok(LinkPlan::Direct),
-        2 if file.address.rsplit_once(':').is_some_and(|(_, port)| port.parse::<u16>().is_ok()) => {
-            Ok(LinkPlan::Tcp { address: file.address.clone() })
-        }
-        2 => Err(Wrong::new(at("address"), &file.address, "host:port, such as \"127.0.0.1:8101\"")),
-        _ if file.device.is_empty() => {
-            Err(Wrong::new(at("device"), &file.device, "a device, such as \"/dev/ttyUSB0\""))
-        }
-        _ if file.baud == 0 => Err(Wrong::new(at("baud"), file.baud, "a rate above 0 baud")),
-        _ => Ok(LinkPlan::Serial { device: file.device.clone(), baud: file.baud }),
-    }
 }

@@ -13,7 +13,7 @@ use super::super::{
         PlannedKind, RandomBoxes, RobotPlan, ThingPlan, WorldPlan,
     },
 };
-use super::{Checked, N_SIMULATED_LINKS, choose, link, point, range, unique};
+use super::common::{Checked, N_SIMULATED_LINKS, choose, link, point, range, unique};
 
 /// `[world]`.
 pub(super) fn world(file: &MissionFile, trails: Option<&PheromonePlan>) -> Checked<WorldPlan> {

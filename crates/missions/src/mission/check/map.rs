@@ -6,7 +6,7 @@ use geometry::Vec2;
 use simulator::floor_plan::{FloorPlanError, FloorPlanRules, read};
 
 use super::super::{error::Wrong, file::WorldFile, plan::WorldPlan};
-use super::{Checked, choose, pose, range};
+use super::common::{Checked, choose, pose, range};
 
 /// How far from the origin anything may lie, metres.
 const FAR_M: f64 = 10_000.0;

@@ -14,7 +14,7 @@ use super::super::{
     error::Wrong,
     file::{FuzzyFile, NavigatorFile, SonarFile},
 };
-use super::{Checked, choose, range};
+use super::common::{Checked, choose, range};
 
 /// How far outside of its robot's outline a sonar may sit, metres.
 const OUTSIDE_MAX_M: f64 = 0.1;

@@ -17,7 +17,10 @@ use super::super::{
     file::{MissionFile, NavigatorFile, OdometryFile, RobotFile, SonarFile, TeleoperatorFile},
     plan::{LinkPlan, RobotPlan, TagReadersPlan, TeleoperatorPlan},
 };
-use super::{Checked, N_LINKS, choose, link, point, pose, range, ring, seconds, tags, unique};
+use super::{
+    common::{Checked, N_LINKS, choose, link, point, pose, range, seconds, unique},
+    ring, tags,
+};
 
 /// Times that a path may be driven.
 const LAPS_MAX: u32 = 100;

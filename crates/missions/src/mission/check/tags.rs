@@ -11,7 +11,7 @@ use super::super::{
     file::{MissionFile, RobotFile, TagsFile},
     plan::{LinkPlan, TagReadersPlan, TagsPlan},
 };
-use super::{Checked, choose, point, range, seconds};
+use super::common::{Checked, choose, point, range, seconds};
 
 /// Farthest that a reader may sit from its robot's centre, metres.
 const READER_AWAY_MAX_M: f64 = 1.0;

@@ -17,7 +17,7 @@ use crate::{
     cut::{Direction, Line},
 };
 
-use super::{Checked, N_SIMULATED_LINKS, choose, link, named, point, pose, range, seconds};
+use super::common::{Checked, N_SIMULATED_LINKS, choose, link, named, point, pose, range, seconds};
 
 /// Greatest coordinate of a goal that a link with bytes carries, metres: 32 767 mm, rounded down.
 const GOAL_MAX_M: f64 = 32.0;
