@@ -9,7 +9,8 @@
 //! | `foxglove.Log` | [`Log`] |
 //!
 //! A viewer knows a schema by its name; its text ([`schema_text`]) says the fields to everybody else. Lengths are
-//! metres, angles radians, z is 0 unless said. JSON has no infinity: what saw nothing is `null`.
+//! metres, angles radians, z is 0 unless said; places are rounded to a tenth of a millimetre and directions to a
+//! microradian, because digits take room. JSON has no infinity: what saw nothing is `null`.
 //!
 //! Source: names and fields of the schemas, <https://docs.foxglove.dev/docs/sdk/schemas> (read as of foxglove-sdk,
 //! `schemas/jsonschema`, 2026-11); JSON in MCAP, <https://mcap.dev/spec/registry> (message encoding `json`, schema
@@ -201,24 +202,23 @@ pub struct Time {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Vector3 {
     /// x, m.
-    pub x: f64,
+    #[serde(rename = "x")]
+    pub x_m: f64,
     /// y, m.
-    pub y: f64,
+    #[serde(rename = "y")]
+    pub y_m: f64,
     /// z, m.
-    pub z: f64,
+    #[serde(rename = "z")]
+    pub z_m: f64,
 }
 
-/// A rotation; here always about z.
+/// A rotation; here always about z. x and y are 0, z and w the sine and cosine of half the yaw.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Quaternion {
-    /// Always 0.
-    pub x: f64,
-    /// Always 0.
-    pub y: f64,
-    /// Sine of half the yaw.
-    pub z: f64,
-    /// Cosine of half the yaw.
-    pub w: f64,
+    x: f64,
+    y: f64,
+    z: f64,
+    w: f64,
 }
 
 /// A place with its heading.
@@ -230,17 +230,13 @@ pub struct Pose {
     pub orientation: Quaternion,
 }
 
-/// Red, green, blue and opacity, 0 to 1.
+/// A colour.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Color {
-    /// Red.
-    pub r: f64,
-    /// Green.
-    pub g: f64,
-    /// Blue.
-    pub b: f64,
-    /// Opacity.
-    pub a: f64,
+    r: f64,
+    g: f64,
+    b: f64,
+    a: f64,
 }
 
 /// Where one frame lies in another.
@@ -297,9 +293,11 @@ pub struct LaserScan {
     /// Where the laser sits in it; its x axis is the bearing 0.
     pub pose: Pose,
     /// Bearing of the first reading, rad, counter-clockwise.
-    pub start_angle: f64,
+    #[serde(rename = "start_angle")]
+    pub start_angle_rad: f64,
     /// Bearing of the last one, rad.
-    pub end_angle: f64,
+    #[serde(rename = "end_angle")]
+    pub end_angle_rad: f64,
     /// Distances, m; `None` where nothing was seen.
     pub ranges: Vec<Option<f64>>,
     /// How strongly each came back; empty where that is not known.
@@ -341,9 +339,10 @@ pub struct LinePrimitive {
     pub kind: u8,
     /// Where the points' own frame lies.
     pub pose: Pose,
-    /// m, or pixels where it does not change with the scale.
-    pub thickness: f64,
-    /// Whether the thickness is one of pixels.
+    /// Pixels, because it does not change with the scale.
+    #[serde(rename = "thickness")]
+    pub thickness_px: f64,
+    /// Always true.
     pub scale_invariant: bool,
     /// Their ends and corners.
     pub points: Vec<Vector3>,
@@ -363,9 +362,11 @@ pub struct CylinderPrimitive {
     /// Its diameters along x and y, and its height, m.
     pub size: Vector3,
     /// Part of the diameter at its foot.
-    pub bottom_scale: f64,
+    #[serde(rename = "bottom_scale")]
+    pub bottom_ratio: f64,
     /// Part of the diameter at its head.
-    pub top_scale: f64,
+    #[serde(rename = "top_scale")]
+    pub top_ratio: f64,
     /// Its colour.
     pub color: Color,
 }
@@ -377,9 +378,10 @@ pub struct TextPrimitive {
     pub pose: Pose,
     /// Whether it turns.
     pub billboard: bool,
-    /// m, or pixels where it does not change with the scale.
-    pub font_size: f64,
-    /// Whether the size is one of pixels.
+    /// Height of a line, m.
+    #[serde(rename = "font_size")]
+    pub font_size_m: f64,
+    /// Always false: the text grows with the scale.
     pub scale_invariant: bool,
     /// Its colour.
     pub color: Color,
@@ -450,7 +452,19 @@ impl From<Stamp> for Time {
 
 impl From<Vec2> for Vector3 {
     fn from(at: Vec2) -> Self {
-        Self { x: at.x, y: at.y, z: 0.0 }
+        Self { x_m: rounded(at.x, 1e4), y_m: rounded(at.y, 1e4), z_m: 0.0 }
+    }
+}
+
+/// The nearest of the multiples of which there are so many in one.
+fn rounded(value: f64, per_unit: f64) -> f64 {
+    (value * per_unit).round() / per_unit
+}
+
+impl Color {
+    /// Red, green, blue and opacity, each from 0 to 1.
+    pub const fn of([r, g, b, a]: [f64; 4]) -> Self {
+        Self { r, g, b, a }
     }
 }
 
@@ -458,7 +472,7 @@ impl Quaternion {
     /// A yaw (rad).
     pub fn of_yaw(yaw_rad: f64) -> Self {
         let (z, w) = (0.5 * yaw_rad).sin_cos();
-        Self { x: 0.0, y: 0.0, z, w }
+        Self { x: 0.0, y: 0.0, z: rounded(z, 1e6), w: rounded(w, 1e6) }
     }
 }
 
@@ -487,7 +501,7 @@ impl LinePrimitive {
         Self {
             kind,
             pose: Se2::IDENTITY.into(),
-            thickness: thickness_px,
+            thickness_px,
             scale_invariant: true,
             points,
             color,
@@ -527,9 +541,12 @@ impl LaserScan {
             timestamp: stamp.into(),
             frame_id: frame.to_owned(),
             pose: rig.base_from_sensor.into(),
-            start_angle: rig.bearing_rad(0),
-            end_angle: rig.bearing_rad(last),
-            ranges: ranges_m.iter().map(|range| range.is_finite().then_some(*range)).collect(),
+            start_angle_rad: rig.bearing_rad(0),
+            end_angle_rad: rig.bearing_rad(last),
+            ranges: ranges_m
+                .iter()
+                .map(|range| range.is_finite().then(|| rounded(*range, 1e4)))
+                .collect(),
             intensities: Vec::new(),
         }
     }

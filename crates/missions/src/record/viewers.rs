@@ -3,15 +3,17 @@
 //!
 //! | topic | schema | when |
 //! | --- | --- | --- |
-//! | `/tf` | `foxglove.FrameTransforms` | ten times a second: where each robot believes it is, and where it truly is |
+//! | `/tf` | `foxglove.FrameTransforms` | five times a second: where each robot believes it is, and where it truly is |
 //! | `/<robot>/pose`, `/<robot>/truth` | `foxglove.PoseInFrame` | the same, one topic for each |
-//! | `/<robot>/path` | `foxglove.PosesInFrame` | the way ahead, when it changes |
-//! | `/<robot>/sonar` | `foxglove.SceneUpdate` | rays as long as what its front sonars report |
-//! | `/scene` | `foxglove.SceneUpdate` | walls, things, names of rooms, trails and outlines of robots at the beginning; people ten times a second; things that come and go |
+//! | `/<robot>/path` | `foxglove.PosesInFrame` | the way ahead, when it changes, at most once a second |
+//! | `/<robot>/sonar` | `foxglove.SceneUpdate` | rays as long as what its front sonars report, when that changes, at most every 0.4 s |
+//! | `/scene` | `foxglove.SceneUpdate` | walls, things, names of rooms, trails and outlines of robots at the beginning; people five times a second; things that come and go |
 //! | `/log` | `foxglove.Log` | events in words |
 //!
 //! Nothing here is read back: a replay runs the mission again. With more than [`N_ROBOTS_MAX`] robots there are only
 //! `/tf`, `/scene` and `/log`, and transforms once a second, so that a swarm's recording stays small.
+
+use std::time::Duration;
 
 use geometry::{Se2, Vec2};
 use recordings::foxglove::{
@@ -28,15 +30,21 @@ use crate::view::{LogItem, LogLevel, Pose, Scene, SceneRobot, SceneThing, ViewRo
 const MAP: &str = "map";
 /// Robots up to which each has topics of its own.
 const N_ROBOTS_MAX: usize = 16;
+/// Steps between two views.
+const VIEW_STEPS: u64 = 20;
+/// Between two paths at least.
+const PATH_PERIOD: Duration = Duration::from_secs(1);
+/// Between two pictures of a robot's sonars: about a round of a Pioneer's ring.
+const SONAR_PERIOD: Duration = Duration::from_millis(400);
 /// Steps between two transforms of a swarm.
 const SWARM_STEPS: u64 = 100;
 
-const INK: Color = Color { r: 0.11, g: 0.15, b: 0.23, a: 1.0 };
-const WOOD: Color = Color { r: 0.6, g: 0.45, b: 0.3, a: 1.0 };
-const TRAIL: Color = Color { r: 0.2, g: 0.6, b: 0.35, a: 0.8 };
-const ROBOT: Color = Color { r: 0.8, g: 0.25, b: 0.15, a: 1.0 };
-const PERSON: Color = Color { r: 0.35, g: 0.45, b: 0.75, a: 0.9 };
-const ECHO: Color = Color { r: 0.9, g: 0.6, b: 0.1, a: 0.7 };
+const INK: Color = Color::of([0.11, 0.15, 0.23, 1.0]);
+const WOOD: Color = Color::of([0.6, 0.45, 0.3, 1.0]);
+const TRAIL: Color = Color::of([0.2, 0.6, 0.35, 0.8]);
+const ROBOT: Color = Color::of([0.8, 0.25, 0.15, 1.0]);
+const PERSON: Color = Color::of([0.35, 0.45, 0.75, 0.9]);
+const ECHO: Color = Color::of([0.9, 0.6, 0.1, 0.7]);
 
 /// The schemas, in the order in which the format's writer numbers them here.
 pub(super) const SCHEMAS: [&str; 5] =
@@ -62,8 +70,10 @@ pub(super) struct Viewers {
     log: u16,
     robots: Vec<RobotChannels>,
     fixed: Scene,
-    /// The paths that were written last.
-    paths: Vec<Vec<Vec2>>,
+    /// The paths that were written last, and when.
+    paths: Vec<(Stamp, Vec<Vec2>)>,
+    /// The sonars' readings that were written last, and when.
+    readings: Vec<(Stamp, Vec<f64>)>,
     /// The things that were put down and are still there: number and corners.
     things: Vec<(u64, Vec<Vec2>)>,
     bytes: Vec<u8>,
@@ -105,7 +115,8 @@ impl Viewers {
             scene: at(1),
             log: at(2),
             robots: robots.as_chunks().0.iter().map(of_robot).collect(),
-            paths: vec![Vec::new(); scene.robots.len()],
+            paths: vec![(Stamp::ZERO, Vec::new()); scene.robots.len()],
+            readings: vec![(Stamp::ZERO, Vec::new()); scene.robots.len()],
             fixed: scene,
             things: Vec::new(),
             bytes: Vec::new(),
@@ -128,6 +139,9 @@ impl Viewers {
         view: &ViewState,
         tell: &mut Tell<'_, E>,
     ) -> Result<(), E> {
+        if !view.step.is_multiple_of(VIEW_STEPS) {
+            return Ok(());
+        }
         let is_swarm = self.fixed.robots.len() > N_ROBOTS_MAX;
         if !is_swarm || view.step.is_multiple_of(SWARM_STEPS) {
             let pairs = self.fixed.robots.iter().zip(&view.robots);
@@ -184,8 +198,9 @@ impl Viewers {
         if !fixed.is_elsewhere {
             put(&mut self.bytes, channels.truth, &in_map(robot.truth), tell)?;
         }
-        if self.paths[index] != robot.preview_m {
-            self.paths[index].clone_from(&robot.preview_m);
+        let (written_at, written) = &mut self.paths[index];
+        if now.since(*written_at) >= PATH_PERIOD && *written != robot.preview_m {
+            (*written_at, *written) = (now, robot.preview_m.clone());
             let path = PosesInFrame {
                 timestamp: now.into(),
                 frame_id: MAP.to_owned(),
@@ -193,9 +208,11 @@ impl Viewers {
             };
             put(&mut self.bytes, channels.path, &path, tell)?;
         }
-        if robot.sonar_m.is_empty() {
+        let (written_at, written) = &mut self.readings[index];
+        if now.since(*written_at) < SONAR_PERIOD || *written == robot.sonar_m {
             return Ok(());
         }
+        (*written_at, *written) = (now, robot.sonar_m.clone());
         let mut entity = SceneEntity::new(now, &fixed.name, &format!("{} sonar", fixed.name));
         let rays = fixed.sonars.iter().zip(&robot.sonar_m);
         let seen = rays.filter(|(sonar, range_m)| **range_m < sonar.range_max_m);
@@ -215,13 +232,13 @@ impl Viewers {
         for person in &view.people {
             let mut entity = SceneEntity::new(now, MAP, &person.name);
             let mut pose: recordings::foxglove::Pose = se2(person.at).into();
-            pose.position.z = 0.85;
+            pose.position.z_m = 0.85;
             let size_m = 2.0 * person.radius_m;
             entity.cylinders.push(CylinderPrimitive {
                 pose,
-                size: Vector3 { x: size_m, y: size_m, z: 1.7 },
-                bottom_scale: 1.0,
-                top_scale: 1.0,
+                size: Vector3 { x_m: size_m, y_m: size_m, z_m: 1.7 },
+                bottom_ratio: 1.0,
+                top_ratio: 1.0,
                 color: PERSON,
             });
             update.entities.push(entity);
@@ -315,7 +332,7 @@ fn fixed_scene(scene: &Scene, now: Stamp) -> Vec<SceneEntity> {
     rooms.texts.extend(scene.rooms.iter().map(|(name, at)| TextPrimitive {
         pose: Se2::new(at.x, at.y, 0.0).into(),
         billboard: true,
-        font_size: 0.3,
+        font_size_m: 0.3,
         scale_invariant: false,
         color: INK,
         text: name.clone(),
