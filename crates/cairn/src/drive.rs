@@ -11,6 +11,7 @@ use std::{fmt::Write as _, io::Write as _, path::PathBuf, process::ExitCode, tim
 use anyhow::{Context, bail, ensure};
 use files::{Kind, Outputs};
 use missions::{DRIVE_HOLD, Intervention, LogLevel, Mission, Recorder, Run, ViewState};
+use robot_models::RobotModel;
 use run_context::RunSeed;
 use serde_json::json;
 
@@ -24,6 +25,8 @@ use crate::{
 use keys::Keys;
 use script::{Next, Piece, Script};
 
+/// What is at the other end of a line unless somebody says otherwise.
+const MODEL: &str = "pioneer3dx";
 /// Steps between two renewals of a speed.
 const STEPS_PER_RENEWAL: u64 = 10;
 /// Steps between two lines of state in a terminal.
@@ -47,7 +50,8 @@ const STANDING_MPS: f64 = 0.005;
     cairn drive one-obstacle --piece 2,0.3,0 --piece 1.5,0.2,0.8\n  \
     printf '2 0.3 0\\n1 0 0.8\\n2 0.3 0\\n' | cairn drive one-obstacle --script -\n  \
     cairn drive one-obstacle --script square.txt --record by-hand.mcap\n  \
-    cairn drive --connect 127.0.0.1:8101\n  cairn drive --serial /dev/ttyUSB0 --baud 9600")]
+    cairn drive --connect 127.0.0.1:8101\n  cairn drive --serial /dev/ttyUSB0 --baud 9600\n  \
+    cairn drive --serial /dev/ttyUSB0 --model create2")]
 pub(crate) struct Args {
     /// The mission in whose world it is driven; `doorbell` unless given
     #[arg(conflicts_with_all = ["connect", "serial"])]
@@ -55,15 +59,18 @@ pub(crate) struct Args {
     /// Name of the robot; the mission's first unless given
     #[arg(long, value_name = "NAME", conflicts_with_all = ["connect", "serial"])]
     robot: Option<String>,
-    /// Drives a Pioneer, or its simulator, behind this TCP port
+    /// Drives a robot, or its simulator, behind this TCP port; a Pioneer unless --model names another
     #[arg(long, value_name = "HOST:PORT", conflicts_with = "serial")]
     connect: Option<String>,
-    /// Drives a Pioneer on this serial line
+    /// Drives a robot on this serial line; a Pioneer unless --model names another
     #[arg(long, value_name = "DEVICE")]
     serial: Option<String>,
-    /// Speed of the serial line, bits per second
-    #[arg(long, value_name = "BITS", default_value_t = 9600, requires = "serial")]
-    baud: u32,
+    /// Speed of the serial line, bits per second; the robot's own unless given
+    #[arg(long, value_name = "BITS", requires = "serial")]
+    baud: Option<u32>,
+    /// Which robot is at the other end of the line
+    #[arg(long, value_name = "NAME", value_parser = parse::model)]
+    model: Option<String>,
     /// Drives by this script (`-`: standard input) instead of keys; in simulation as fast as it can
     #[arg(long, value_name = "FILE")]
     script: Option<String>,
@@ -146,10 +153,19 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
 
 /// The mission that was asked for, or one that holds nothing but a robot at the end of a line.
 fn mission(args: &Args) -> anyhow::Result<Mission> {
+    let model = RobotModel::by_name(args.model.as_deref().unwrap_or(MODEL))?;
     let link = match (&args.connect, &args.serial) {
         (Some(address), _) => json!({ "kind": "tcp", "address": address }),
-        (_, Some(device)) => json!({ "kind": "serial", "device": device, "baud": args.baud }),
+        (_, Some(device)) => {
+            let own = model.line.as_ref().map(|line| line.baud);
+            let baud = args.baud.or(own).context("give the speed of the line with --baud")?;
+            json!({ "kind": "serial", "device": device, "baud": baud })
+        }
         _ => {
+            ensure!(
+                args.model.is_none(),
+                "--model says what is at the other end of --connect or --serial; a mission names its robots itself"
+            );
             let name = args.mission.as_deref().unwrap_or("doorbell");
             ensure!(
                 name != "-" || args.script.as_deref() != Some("-"),
@@ -158,12 +174,14 @@ fn mission(args: &Args) -> anyhow::Result<Mission> {
             return given::mission(name, &args.overrides);
         }
     };
+    // The hand decides; but a mind that is to avoid things wants to hear them.
+    let avoidance = if model.sonars.is_empty() { "off" } else { "checked" };
     let file = json!({
         "mission": { "name": "drive", "title": "Driven by hand", "duration_max_s": 3600.0 },
         "world": { "bounds_m": [-32.0, -32.0, 32.0, 32.0] },
         "robots": [{
-            "name": "robot", "model": "pioneer3dx",
-            "navigator": { "route": "direct" }, "link": link,
+            "name": "robot", "model": model.name,
+            "navigator": { "route": "direct", "avoidance": avoidance }, "link": link,
         }],
     });
     let text = toml::to_string(&file).context("cannot write the mission of a single robot")?;

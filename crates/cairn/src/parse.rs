@@ -107,12 +107,15 @@ mod tests {
     #[test]
     fn a_robot_that_is_nearly_spelled_right_is_offered() {
         assert_eq!(model("peoplebot").as_deref(), Ok("peoplebot"));
-        for (typed, meant) in
-            [("pioner3dx", "pioneer3dx"), ("Pioneer-3DX", "pioneer3dx"), ("peoplbot", "peoplebot")]
-        {
+        for (typed, meant) in [
+            ("pioner3dx", "pioneer3dx"),
+            ("Pioneer-3DX", "pioneer3dx"),
+            ("peoplbot", "peoplebot"),
+            ("creat2", "create2"),
+        ] {
             let error = model(typed).unwrap_err();
             assert!(error.ends_with(&format!("did you mean {meant}?")), "{error}");
         }
-        assert_eq!(model("nosuch").unwrap_err(), "there are pioneer3dx and peoplebot");
+        assert_eq!(model("nosuch").unwrap_err(), "there are pioneer3dx, peoplebot and create2");
     }
 }

@@ -7,12 +7,12 @@ use std::{
 };
 
 use anyhow::{Context, bail};
-use geometry::Se2;
+use geometry::{Polygon, Se2, Vec2};
 use missions::Mission;
 use robot_models::RobotModel;
 use run_context::RunSeed;
 use serde_json::{Value, json};
-use simulator::{World, WorldSpec, activmedia_map};
+use simulator::{Fixtures, World, WorldSpec, activmedia_map};
 use virtual_robots::{
     BatteryConfig, BoardConfig, BoardStatus, Exchange, ServedBoard, ServedEvent, ServedWorld,
 };
@@ -36,8 +36,9 @@ const N_MESSAGES_MAX: u32 = 10;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  cairn robot pioneer3dx --world office.map\n  \
     cairn robot peoplebot --world doorbell --start -2.6,-3.1,90 --listen 127.0.0.1:8102\n  \
-    cairn robot pioneer3dx --world doorbell --robots 3\n\n\
-    Programs written with the manufacturer's library connect to the port as to a simulator.")]
+    cairn robot pioneer3dx --world doorbell --robots 3\n  \
+    cairn robot create2 --world one-obstacle --pty\n\n\
+    Programs written for the robot connect to the port, or to the serial line, as to the robot itself.")]
 pub(crate) struct Args {
     #[arg(value_parser = parse::model, help = parse::model_help())]
     model: String,
@@ -59,6 +60,9 @@ pub(crate) struct Args {
     /// Talk over this serial line instead of a TCP port
     #[arg(long, value_name = "DEVICE", conflicts_with_all = ["listen", "robots"])]
     serial: Option<String>,
+    /// Talk over a pseudo-terminal, whose name is printed: a serial line for programs on this computer
+    #[arg(long, conflicts_with_all = ["listen", "robots", "serial"])]
+    pty: bool,
     /// Speed of the serial line, bits per second; the robot's own unless given
     #[arg(long, value_name = "BITS", requires = "serial")]
     baud: Option<u32>,
@@ -67,6 +71,15 @@ pub(crate) struct Args {
     /// without one stand beside the first
     #[arg(long, value_name = "X,Y,DEG", allow_hyphen_values = true)]
     start: Vec<String>,
+    /// A rectangle without floor, m; may be given several times
+    #[arg(long = "cliff", value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true)]
+    cliffs: Vec<String>,
+    /// Where a virtual wall stands and which way it sends its beam; may be given several times
+    #[arg(long = "virtual-wall", value_name = "X,Y,DEG", allow_hyphen_values = true)]
+    virtual_walls: Vec<String>,
+    /// Where a robot stands that charges, and which way it looks; may be given several times
+    #[arg(long = "dock", value_name = "X,Y,DEG", allow_hyphen_values = true)]
+    docks: Vec<String>,
     /// Charge of the battery, percent; below 20 it is low, at 0 the motors are off
     #[arg(long, value_name = "PERCENT", default_value_t = 100.0, value_parser = parse::percent)]
     battery: f64,
@@ -104,6 +117,9 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
 
 /// One door for each robot, on consecutive ports.
 fn doors(args: &Args, model: &RobotModel) -> anyhow::Result<Vec<Door>> {
+    if args.pty {
+        return Ok(vec![Door::pty()?]);
+    }
     if let Some(device) = &args.serial {
         let own = model.line.as_ref().map(|line| line.baud);
         let baud = args.baud.or(own).context("give the speed of the line with --baud")?;
@@ -181,8 +197,8 @@ impl Robots {
     fn new(args: &Args, model: &Arc<RobotModel>, names: &[String]) -> anyhow::Result<Self> {
         let seed = RunSeed(args.seed);
         let (mut world, home) = load_world(&args.world, seed)?;
-        let given =
-            args.start.iter().map(|text| parse_pose(text)).collect::<Result<Vec<_>, _>>()?;
+        world.set_fixtures(fixtures(args)?);
+        let given = poses("--start", &args.start)?;
         anyhow::ensure!(
             given.len() <= names.len(),
             "--start is given {} times for {} robot(s): once for each at most; --robots says how many",
@@ -200,7 +216,7 @@ impl Robots {
             };
             let stream =
                 if names.len() > 1 { format!("{name}/sensors") } else { "robot/sensors".into() };
-            served.admit(body_id, virtual_robots::board(model, config, seed.stream(&stream))?);
+            served.admit(body_id, virtual_robots::board(model, &config, seed.stream(&stream))?);
         }
         let watchdog = model.line.as_ref().and_then(|line| line.watchdog);
         let line = |name: &String| RobotLine { name: name.clone(), ..RobotLine::default() };
@@ -278,6 +294,10 @@ impl Peer for Robots {
         self.served.boards()[line].board().status().n_heard
     }
 
+    fn baud(&self, line: usize) -> Option<u32> {
+        self.served.boards()[line].board().status().baud
+    }
+
     fn patience(&self) -> Option<Duration> {
         Some(self.patience)
     }
@@ -340,6 +360,7 @@ fn describe(event: &ServedEvent) -> (&'static str, String, Value) {
         ServedEvent::Said(text) => {
             ("said", format!("its client says \"{}\"", text.escape_debug()), json!({"said": text}))
         }
+        ServedEvent::Noted(text) => ("noted", text.clone(), json!({"note": text})),
         ServedEvent::ExitAsked(code) => (
             "exit_asked",
             format!("its client asks the simulator to end with code {code}; Ctrl-C does that here"),
@@ -366,14 +387,37 @@ fn load_world(name: &str, seed: RunSeed) -> anyhow::Result<(World, Option<Se2>)>
     Ok((world, start))
 }
 
-fn parse_pose(text: &str) -> anyhow::Result<Se2> {
+/// What is in the world beside what the map says.
+fn fixtures(args: &Args) -> anyhow::Result<Fixtures> {
+    let hole = |text: &String| {
+        let [x0, y0, x1, y1] = numbers("--cliff", text, "four numbers, such as 1,-1,2,1 (m)")?;
+        let corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| Vec2::new(x, y));
+        Polygon::new(corners.to_vec()).with_context(|| format!("--cliff {text} has no area"))
+    };
+    Ok(Fixtures {
+        holes: args.cliffs.iter().map(hole).collect::<anyhow::Result<_>>()?,
+        virtual_walls: poses("--virtual-wall", &args.virtual_walls)?,
+        docks: poses("--dock", &args.docks)?,
+    })
+}
+
+fn poses(option: &str, texts: &[String]) -> anyhow::Result<Vec<Se2>> {
+    texts.iter().map(|text| parse_pose(option, text)).collect()
+}
+
+fn parse_pose(option: &str, text: &str) -> anyhow::Result<Se2> {
+    let allowed = "three numbers, such as -2.6,-3.1,90 (m, m, degrees)";
+    let [x_m, y_m, heading_deg] = numbers(option, text, allowed)?;
+    Ok(Se2::new(x_m, y_m, heading_deg.to_radians()))
+}
+
+/// So many finite numbers with commas between them.
+fn numbers<const N: usize>(option: &str, text: &str, allowed: &str) -> anyhow::Result<[f64; N]> {
     let parts = text.split(',').map(|n| n.trim().parse::<f64>());
     let numbers = parts.collect::<Result<Vec<f64>, _>>().unwrap_or_default();
-    match numbers.as_slice() {
-        &[x_m, y_m, heading_deg] if numbers.iter().all(|n| n.is_finite()) => {
-            Ok(Se2::new(x_m, y_m, heading_deg.to_radians()))
-        }
-        _ => bail!("--start {text}: give three numbers, such as -2.6,-3.1,90 (m, m, degrees)"),
+    match <[f64; N]>::try_from(numbers) {
+        Ok(numbers) if numbers.iter().all(|n| n.is_finite()) => Ok(numbers),
+        _ => bail!("{option} {text}: give {allowed}"),
     }
 }
 
@@ -383,11 +427,11 @@ mod tests {
 
     #[test]
     fn a_start_is_three_numbers() {
-        let pose = parse_pose("-2.6, -3.1,90").unwrap();
+        let pose = parse_pose("--start", "-2.6, -3.1,90").unwrap();
         assert!((pose.x_m + 2.6).abs() < 1e-12 && (pose.y_m + 3.1).abs() < 1e-12);
         assert!((pose.yaw_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
         for wrong in ["", "1,2", "1,2,x", "1,x,2,3", "1,2,3,4", "1,2,nan", "1,inf,3"] {
-            assert!(parse_pose(wrong).is_err(), "{wrong}");
+            assert!(parse_pose("--start", wrong).is_err(), "{wrong}");
         }
     }
 }

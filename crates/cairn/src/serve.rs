@@ -32,6 +32,11 @@ pub(crate) trait Peer {
     /// never displaced, and others wait until the first has left.
     fn patience(&self) -> Option<Duration>;
 
+    /// The speed at which it speaks on that line now, bits per second; `None` where clients cannot change it.
+    fn baud(&self, _line: usize) -> Option<u32> {
+        None
+    }
+
     /// What there is to tell of a client that leaves: text for people, the same for machines.
     fn farewell(&self, line: usize) -> (String, serde_json::Value);
 
@@ -67,7 +72,7 @@ pub(crate) fn forever(
             }
         }
         for (index, (line, exchange)) in lines.iter_mut().zip(&mut exchanges).enumerate() {
-            line.send(&exchange.out)?;
+            line.send(&exchange.out, peer.baud(index))?;
             exchange.out.clear();
             line.part(index, peer, &mut log);
         }

@@ -8,13 +8,15 @@
 //! A [`Driver`] is the client of a robot; [`driver`] builds the one that a robot of the catalogue needs, by the
 //! protocol that its file names:
 //!
-//! - [`PioneerDriver`]: a Pioneer robot ([`wire::arcos`]).
+//! - [`PioneerDriver`]: a Pioneer robot ([`wire::arcos`]);
+//! - [`CreateDriver`]: an iRobot Create 2 ([`wire::create_oi`]).
 //!
 //! Beside them are the clients of other nodes:
 //!
 //! - [`PheromoneClient`]: the pheromone server ([`wire::pheromone_link`]);
 //! - [`GroundClient`] and [`GroundStation`]: the two ends of [`wire::ground_link`].
 
+mod create;
 mod driver;
 mod ground;
 mod pheromones;
@@ -23,6 +25,7 @@ mod registry;
 #[cfg(test)]
 mod tests;
 
+pub use create::{CreateCounters, CreateDriver, CreateDriverConfig};
 pub use driver::{Driver, LineTiming};
 pub use ground::{
     GoalNews, GroundClient, GroundLinkConfig, GroundStation, GroundStationEvent, failure_code,

@@ -2,10 +2,11 @@
 
 use robot_models::RobotModel;
 
-use crate::{Driver, LineTiming, PioneerDriver};
+use crate::{CreateDriver, Driver, LineTiming, PioneerDriver};
 
 /// The list: protocol and constructor. A robot with a line of its own adds itself here.
-const DRIVERS: &[(&str, Build)] = &[("arcos", PioneerDriver::for_robot)];
+const DRIVERS: &[(&str, Build)] =
+    &[("arcos", PioneerDriver::for_robot), ("create_oi", CreateDriver::for_robot)];
 
 type Build = fn(&RobotModel, &DriverConfig) -> Box<dyn Driver>;
 

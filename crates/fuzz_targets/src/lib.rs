@@ -16,7 +16,7 @@ pub use lasers::{ld06_decoder, rplidar_decoder, sick_decoder};
 use pheromones::{Field, Server, ServerConfig};
 use recordings::ReadOptions;
 use wire::{
-    arcos,
+    arcos, create_oi,
     dle::{ByteOrder, Receiver},
     ground_link, pheromone_link,
 };
@@ -29,6 +29,7 @@ pub const TARGETS: &[(&str, Target)] = &[
     ("activmedia_map", activmedia_map),
     ("arcos_decoder", arcos_decoder),
     ("cairn_scan", cairn_scan),
+    ("create_oi", create_oi),
     ("decision_compile", decision_compile),
     ("decision_image", decision_image),
     ("dle_receiver", dle_receiver),
@@ -73,6 +74,69 @@ pub fn arcos_decoder(bytes: &[u8]) {
         assert!(!arcos::describe(body, true).is_empty());
         assert!(!arcos::describe(body, false).is_empty());
     }
+}
+
+/// Both directions of a Create's line: commands and frames found in the same places however the bytes are cut, commands written
+/// as they were read, and a robot in a world that is told them.
+pub fn create_oi(bytes: &[u8]) {
+    let decode = |pieces: &[&[u8]]| {
+        let (mut commands, mut frames) =
+            (create_oi::CommandDecoder::new(), create_oi::StreamDecoder::new());
+        let mut found = (Vec::new(), Vec::new());
+        for piece in pieces {
+            commands.push(piece);
+            frames.push(piece);
+            found.0.extend(std::iter::from_fn(|| commands.next_command()));
+            found.1.extend(std::iter::from_fn(|| frames.next_frame()));
+        }
+        (found, commands.bytes_dropped(), frames.bytes_skipped(), frames.bad_sums())
+    };
+    let (head, tail) = bytes.split_at(bytes.len() / 2);
+    let whole = decode(&[bytes]);
+    assert_eq!(whole, decode(&[head, tail]), "a cut changes what is found");
+    for command in &whole.0.0 {
+        let mut again = Vec::new();
+        command.encode(&mut again);
+        let ((read, _), dropped, ..) = decode(&[&again]);
+        assert_eq!((read.first(), dropped), (Some(command), 0), "it reads back differently");
+    }
+    for towards in [wire::Towards::Robot, wire::Towards::Client] {
+        if let Some(mut reader) = wire::reader("create_oi", towards) {
+            reader.push(bytes, &mut |_, text| assert!(!text.is_empty()));
+        }
+    }
+    serve_create(bytes);
+}
+
+/// A robot that hears noise: it keeps its limits and sends no more than its line carries and was asked for.
+fn serve_create(bytes: &[u8]) {
+    let spec = simulator::WorldSpec::empty();
+    let step = std::time::Duration::from_millis(10);
+    let Ok(mut world) = simulator::World::new(spec, run_context::RunSeed(1), step) else { return };
+    let Ok(model) = robot_models::RobotModel::by_name("create2").map(std::sync::Arc::new) else {
+        return;
+    };
+    let body = world.add_robot(simulator::RobotPlacement {
+        name: "create".to_owned(),
+        model: std::sync::Arc::clone(&model),
+        world_from_base: geometry::Se2::IDENTITY,
+        errors: robot_models::OdometryErrors::default(),
+        sonar: sensor_models::SonarModel::default(),
+    });
+    let Ok(body) = body else { return };
+    let mut served = virtual_robots::ServedWorld::new(world);
+    let battery = virtual_robots::BatteryConfig::default();
+    served.admit(body, Box::new(virtual_robots::CreateFirmware::new(model, battery)));
+    let mut exchange = [virtual_robots::Exchange { received: bytes.to_vec(), out: Vec::new() }];
+    for _ in 0..20 {
+        served.tick(&mut exchange, &mut Vec::new());
+        exchange[0].received.clear();
+    }
+    // Twenty ticks are fourteen frames; every byte may ask for a group of 80 at most.
+    let most = 14 * create_oi::FRAME_LEN_MAX + 80 * bytes.len();
+    assert!(exchange[0].out.len() <= most, "{} bytes of answers", exchange[0].out.len());
+    let wheels = served.body_of(&served.boards()[0]).wheel_speeds;
+    assert!(wheels.left_mps.abs().max(wheels.right_mps.abs()) <= 0.501, "{wheels:?}");
 }
 
 /// Frames of the radio links: never more payload than the buffer holds.

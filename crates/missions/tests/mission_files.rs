@@ -150,7 +150,7 @@ fn a_method_that_does_not_exist_is_answered_with_those_that_do() {
         SMALL,
         &["robots.model=roomba"],
         &expect![[
-            r#"--set robots.model=roomba: robots[0].model = "roomba": must be one of `pioneer3dx`, `peoplebot`, `artemic5`, `artemic8`"#
+            r#"--set robots.model=roomba: robots[0].model = "roomba": must be one of `pioneer3dx`, `peoplebot`, `artemic5`, `artemic8`, `create2`"#
         ]],
     );
     check(
@@ -501,6 +501,20 @@ fn a_robot_that_is_driven_by_hand_is_here_and_one() {
             "small.toml:17:19: robots[0].teleoperator.corner_radius_m = NaN: must be from 0.05 to 5 m"
         ],
     );
+}
+
+#[test]
+fn a_line_too_slow_for_the_robot_is_refused() {
+    let create = ["robots.model=create2", "robots.navigator.avoidance=off"];
+    check(
+        SMALL,
+        &create,
+        &expect![
+            "small.toml:12:1: robots[0].link.baud = 9600: must be at least 38400 baud, so that the reports of iRobot Create 2 fit"
+        ],
+    );
+    let fast = "robots.link.baud=115200";
+    check(SMALL, &[create[0], create[1], fast], &expect!["accepted: small"]);
 }
 
 #[test]

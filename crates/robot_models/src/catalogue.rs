@@ -8,14 +8,18 @@ use std::time::Duration;
 use geometry::{Base, Polygon, Se2, Sensor, Transform2, Vec2};
 use serde::Deserialize;
 
-use crate::drive::{DriveGeometry, DriveLimits};
+use crate::{
+    devices::{BatteryModel, BumperFile, CliffFile, Devices, InfraredFile},
+    drive::{DriveGeometry, DriveLimits},
+};
 
 /// The files of the built-in models.
-const FILES: [&str; 4] = [
+const FILES: [&str; 5] = [
     include_str!("../data/pioneer3dx.toml"),
     include_str!("../data/peoplebot.toml"),
     include_str!("../data/artemic5.toml"),
     include_str!("../data/artemic8.toml"),
+    include_str!("../data/create2.toml"),
 ];
 
 /// A kind of robot: what all robots of the kind share.
@@ -41,6 +45,10 @@ pub struct RobotModel {
     pub sonars: Vec<SonarMount>,
     /// How they take turns.
     pub ring: RingTiming,
+    /// Its mass, kg, if the catalogue knows it.
+    pub mass_kg: Option<f64>,
+    /// What it carries besides.
+    pub devices: Devices,
 }
 
 /// The line between a robot and its navigator, as the robot's maker made it.
@@ -50,6 +58,8 @@ pub struct LineModel {
     pub protocol: String,
     /// Speed of the line when the robot has been switched on, bits per second.
     pub baud: u32,
+    /// The slowest line over which its reports fit, bits per second.
+    pub baud_min: u32,
     /// Time without a word of the client after which the robot stops by itself; `None`: it never does.
     pub watchdog: Option<Duration>,
     /// What it says that it is, where the protocol has a word for that; client libraries go by it.
@@ -182,7 +192,15 @@ impl RobotModel {
         let footprint = Polygon::new(corners)?;
         check_convex(&footprint)?;
         let sonars = file.sonars.iter().enumerate().map(|(index, sonar)| sonar.mount(index));
+        let devices = Devices {
+            bumpers: mounts(file.bumpers, BumperFile::mount)?,
+            cliffs: mounts(file.cliffs, CliffFile::mount)?,
+            infrareds: mounts(file.infrareds, InfraredFile::mount)?,
+            battery: file.battery.map(BatteryModel::checked).transpose()?,
+        };
         Ok(Self {
+            devices,
+            mass_kg: file.mass_kg,
             sonars: sonars.collect::<Result<_, _>>()?,
             footprint,
             name: file.name,
@@ -237,6 +255,18 @@ struct ModelFile {
     ring: RingFile,
     #[serde(default)]
     sonars: Vec<SonarFile>,
+    mass_kg: Option<f64>,
+    #[serde(default)]
+    bumpers: Vec<BumperFile>,
+    #[serde(default)]
+    cliffs: Vec<CliffFile>,
+    #[serde(default)]
+    infrareds: Vec<InfraredFile>,
+    battery: Option<BatteryModel>,
+}
+
+fn slowest_baud() -> u32 {
+    300
 }
 
 fn pioneer_status_period_ms() -> f64 {
@@ -248,6 +278,8 @@ fn pioneer_status_period_ms() -> f64 {
 struct LineFile {
     protocol: String,
     baud: u32,
+    #[serde(default = "slowest_baud")]
+    baud_min: u32,
     /// 0: it has none.
     watchdog_ms: f64,
     #[serde(default)]
@@ -302,6 +334,7 @@ impl ModelFile {
         let (drive, limits) = (&self.drive, &self.limits);
         let checks = [
             ("radius_m", self.radius_m, 0.01, 5.0, "from 0.01 to 5 m"),
+            ("mass_kg", self.mass_kg.unwrap_or(1.0), 0.01, 1e4, "from 0.01 to 10000 kg"),
             ("status_period_ms", self.status_period_ms, 10.0, 1000.0, "from 10 to 1000 ms"),
             ("ring.chain_length", self.ring.chain_length as f64, 1.0, 64.0, "from 1 to 64"),
             ("ring.ping_period_ms", self.ring.ping_period_ms, 1.0, 1000.0, "from 1 to 1000 ms"),
@@ -352,12 +385,15 @@ impl LineFile {
             return Err(ModelError::Protocol { protocol: self.protocol });
         }
         check_range("line.baud", self.baud.into(), 300.0, 4e6, "from 300 to 4000000 baud")?;
+        let requirement = "from 300 baud to line.baud";
+        check_range("line.baud_min", self.baud_min.into(), 300.0, self.baud.into(), requirement)?;
         let requirement = "from 0 (none) to 60000 ms";
         check_range("line.watchdog_ms", self.watchdog_ms, 0.0, 60_000.0, requirement)?;
         let watchdog = milliseconds(self.watchdog_ms);
         Ok(LineModel {
             protocol: self.protocol,
             baud: self.baud,
+            baud_min: self.baud_min,
             watchdog: (!watchdog.is_zero()).then_some(watchdog),
             class: self.class,
             subclass: self.subclass,
@@ -386,7 +422,15 @@ impl SonarFile {
     }
 }
 
-fn check_range(
+/// Mounts in the order of the file.
+fn mounts<F, M>(
+    files: Vec<F>,
+    mount: impl Fn(F, usize) -> Result<M, ModelError>,
+) -> Result<Vec<M>, ModelError> {
+    files.into_iter().enumerate().map(|(index, file)| mount(file, index)).collect()
+}
+
+pub(crate) fn check_range(
     key: &str,
     value: f64,
     min: f64,

@@ -13,7 +13,7 @@ fn every_built_in_file_is_read() {
         RobotModel::from_toml(text).unwrap();
     }
     let names: Vec<String> = RobotModel::catalogue().into_iter().map(|m| m.name).collect();
-    assert_eq!(names, ["pioneer3dx", "peoplebot", "artemic5", "artemic8"]);
+    assert_eq!(names, ["pioneer3dx", "peoplebot", "artemic5", "artemic8", "create2"]);
 }
 
 /// Figures of the robots' public parameter files.
@@ -129,7 +129,7 @@ fn wrong_files_are_refused_with_the_key_and_what_it_must_be() {
               |
             6 | titel = "Pioneer 3-DX"
               | ^^^^^
-            unknown field `titel`, expected one of `name`, `title`, `line`, `radius_m`, `status_period_ms`, `footprint_m`, `drive`, `limits`, `ring`, `sonars`
+            unknown field `titel`, expected one of `name`, `title`, `line`, `radius_m`, `status_period_ms`, `footprint_m`, `drive`, `limits`, `ring`, `sonars`, `mass_kg`, `bumpers`, `cliffs`, `infrareds`, `battery`
         "#]],
     );
 }
@@ -138,6 +138,74 @@ fn wrong_files_are_refused_with_the_key_and_what_it_must_be() {
 fn an_unknown_name_is_answered_with_the_known_ones() {
     assert_eq!(
         RobotModel::by_name("khepera").unwrap_err().to_string(),
-        "unknown robot model `khepera`: the catalogue has `pioneer3dx`, `peoplebot`, `artemic5`, `artemic8`"
+        "unknown robot model `khepera`: the catalogue has `pioneer3dx`, `peoplebot`, `artemic5`, `artemic8`, `create2`"
     );
+}
+
+/// Figures of the Open Interface specification: 508.8 counts a turn, wheels of 72 mm, 235 mm apart.
+#[test]
+fn the_create_is_the_create() {
+    let model = RobotModel::by_name("create2").unwrap();
+    assert!((model.drive.metres_per_tick() - 0.444_56e-3).abs() < 1e-8);
+    assert!((model.drive.wheelbase_m - 0.235).abs() < 1e-12);
+    assert!((model.limits.speed_max_mps - 0.5).abs() < 1e-12);
+    // Both wheels against each other at 500 mm/s.
+    assert!((model.limits.turn_rate_max_radps - 1.0 / 0.235).abs() < 1e-3);
+    let line = model.line.as_ref().unwrap();
+    assert_eq!((&*line.protocol, line.baud, line.watchdog), ("create_oi", 115_200, None));
+    let Devices { bumpers, cliffs, infrareds, battery } = &model.devices;
+    assert_eq!((bumpers.len(), cliffs.len(), infrareds.len()), (2, 4, 7));
+    assert!(battery.is_some() && model.sonars.is_empty());
+    for pair in [(0, 3), (1, 2)] {
+        let (one, other) = (cliffs[pair.0].place, cliffs[pair.1].place);
+        assert_eq!((one.x, one.y), (other.x, -other.y));
+        assert!(model.footprint.contains(one));
+    }
+    let ([right, left], [other_right, other_left]) =
+        (bumpers[1].between_deg, bumpers[0].between_deg);
+    assert_eq!((right, left), (-other_left, -other_right));
+}
+
+#[test]
+fn wrong_lines_and_devices_are_refused_with_the_key() {
+    let good = FILES[4];
+    check(good, &expect!["iRobot Create 2"]);
+    let wrong = |from: &str, to: &str, expected: &Expect| {
+        assert!(good.contains(from), "{from}");
+        check(&good.replacen(from, to, 1), expected);
+    };
+    wrong(
+        "\"create_oi\"",
+        "\"Create OI\"",
+        &expect![
+            "line.protocol = `Create OI`: must be a name of small letters, digits and `_`, such as `arcos`"
+        ],
+    );
+    wrong(
+        "baud = 115200",
+        "baud = 10",
+        &expect!["line.baud = 10: must be from 300 to 4000000 baud"],
+    );
+    wrong(
+        "baud_min = 38400",
+        "baud_min = 230400",
+        &expect!["line.baud_min = 230400: must be from 300 baud to line.baud"],
+    );
+    wrong(
+        "watchdog_ms = 0",
+        "watchdog_ms = -1",
+        &expect!["line.watchdog_ms = -1: must be from 0 (none) to 60000 ms"],
+    );
+    wrong(
+        "left_deg = 15",
+        "left_deg = -91",
+        &expect!["bumpers[0].left_deg = -91: must be above right_deg by 1 to 179 deg"],
+    );
+    wrong("x_m = 0.070", "x_m = 7", &expect!["cliffs[0].x_m = 7: must be from -5 to 5 m"]);
+    wrong(
+        "empty_v = 12.0",
+        "empty_v = 99",
+        &expect!["battery.empty_v = 99: must be from 0.1 V to full_v"],
+    );
+    wrong("mass_kg = 3.58", "mass_kg = 0", &expect!["mass_kg = 0: must be from 0.01 to 10000 kg"]);
 }

@@ -9,12 +9,14 @@
 
 mod catalogue;
 mod covariance;
+mod devices;
 mod drive;
 mod drivetrain;
 mod odometry;
 
 pub use catalogue::{LineModel, ModelError, RingTiming, RobotModel, SonarMount, UnknownModel};
 pub use covariance::{OdometryNoise, PoseCovariance, UncertaintyEllipse};
+pub use devices::{BatteryModel, BumperMount, Devices, FloorSensorMount, InfraredMount};
 pub use drive::{BodyVelocity, DriveGeometry, DriveLimits, WheelSpeeds, WheelTravel, ramp};
 pub use drivetrain::{Drivetrain, Encoder, ErrorRange, OdometryErrors};
 pub use odometry::{Odometry, OdometryRule};

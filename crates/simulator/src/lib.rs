@@ -38,6 +38,7 @@ mod body;
 mod clearance;
 mod collide;
 mod contact;
+mod fixtures;
 pub mod floor_plan;
 mod floor_tags;
 mod neighbours;
@@ -49,6 +50,7 @@ mod world;
 
 pub use body::Body;
 pub use floor_tags::{FloorTags, FloorTagsError};
+pub use fixtures::{Fixtures, VIRTUAL_WALL_REACH_M};
 pub use people::Person;
 pub use scene::Scene;
 pub use spec::{

@@ -10,6 +10,7 @@ use sensor_models::{Echo, EchoCause, Material, materials};
 use crate::{
     body::{Body, transform_into},
     floor_tags::FloorTags,
+    fixtures::Fixtures,
     neighbours::Neighbours,
     people::Person,
     scene::Scene,
@@ -26,6 +27,7 @@ pub struct World {
     pub(crate) static_map: SegmentWorld,
     pub(crate) materials: Vec<Material>,
     pub(crate) things: Vec<Thing>,
+    pub(crate) fixtures: Fixtures,
     pub(crate) next_thing: u64,
     pub(crate) people: Vec<Person>,
     pub(crate) bodies: Vec<Body>,
@@ -63,6 +65,7 @@ impl World {
             static_map: spec.static_map,
             materials: materials().to_vec(),
             things: Vec::with_capacity(spec.things.len()),
+            fixtures: Fixtures::default(),
             next_thing: 0,
             people,
             bodies: Vec::new(),

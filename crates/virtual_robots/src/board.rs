@@ -122,6 +122,8 @@ pub enum SimRequest {
     Say(String),
     /// That the simulator ends with this exit code.
     Exit(i16),
+    /// Nothing; the firmware tells whoever watches what a client could not see otherwise, such as why it stands.
+    Note(String),
 }
 
 /// A set of numbers of commands.

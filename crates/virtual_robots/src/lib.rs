@@ -4,7 +4,8 @@
 //! wheel speeds; what is between its ports and a client is the caller's business: a simulated link, a socket, a
 //! serial port. [`board`] builds the one that a robot of the catalogue has, by the protocol that its file names:
 //!
-//! - [`PioneerFirmware`]: the robot's side of [`wire::arcos`].
+//! - [`PioneerFirmware`]: the robot's side of [`wire::arcos`];
+//! - [`CreateFirmware`]: the robot's side of [`wire::create_oi`].
 //!
 //! [`ServedWorld`] is a caller for clients outside: boards in a world of their own.
 //!
@@ -12,6 +13,7 @@
 
 mod board;
 mod bumpers;
+mod create;
 mod pioneer;
 mod registry;
 mod served;
@@ -19,6 +21,7 @@ mod served;
 pub use board::{
     BatteryConfig, BatteryStatus, Board, BoardStatus, MotorReference, NumberSet, Port, SimRequest,
 };
+pub use create::CreateFirmware;
 pub use pioneer::{FirmwareCounters, MotorFeedback, PioneerConfig, PioneerFirmware};
 pub use registry::{BoardConfig, NoBoard, board, has_board};
 pub use served::{Exchange, ServedBoard, ServedEvent, ServedWorld};

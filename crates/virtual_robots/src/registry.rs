@@ -5,12 +5,13 @@ use std::sync::Arc;
 use robot_models::RobotModel;
 use run_context::RandomStream;
 
-use crate::{BatteryConfig, Board, pioneer::PioneerFirmware};
+use crate::{BatteryConfig, Board, create::CreateFirmware, pioneer::PioneerFirmware};
 
 /// The list: protocol and constructor. A robot with a line of its own adds itself here.
-const BOARDS: &[(&str, Build)] = &[("arcos", PioneerFirmware::board)];
+const BOARDS: &[(&str, Build)] =
+    &[("arcos", PioneerFirmware::board), ("create_oi", CreateFirmware::board)];
 
-type Build = fn(Arc<RobotModel>, BoardConfig, RandomStream) -> Box<dyn Board>;
+type Build = fn(Arc<RobotModel>, &BoardConfig, RandomStream) -> Box<dyn Board>;
 
 /// What one robot of a model has of its own, whatever its firmware.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,7 +52,7 @@ pub enum NoBoard {
 /// [`NoBoard`], which names the protocols there are.
 pub fn board(
     model: &Arc<RobotModel>,
-    config: BoardConfig,
+    config: &BoardConfig,
     rng: RandomStream,
 ) -> Result<Box<dyn Board>, NoBoard> {
     let title = || model.title.clone();
@@ -79,7 +80,7 @@ mod tests {
 
     fn built(model: RobotModel) -> Result<&'static [&'static str], NoBoard> {
         let config = BoardConfig { name: "x".to_owned(), battery: BatteryConfig::default() };
-        board(&Arc::new(model), config, RunSeed(1).stream("x")).map(|board| board.ports())
+        board(&Arc::new(model), &config, RunSeed(1).stream("x")).map(|board| board.ports())
     }
 
     #[test]

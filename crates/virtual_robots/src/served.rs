@@ -50,6 +50,8 @@ pub enum ServedEvent {
     Said(String),
     /// A client wants the simulator to end with this code.
     ExitAsked(i16),
+    /// The firmware tells why it does what it does.
+    Noted(String),
 }
 
 impl ServedWorld {
@@ -107,6 +109,7 @@ impl ServedWorld {
                     SimRequest::Reset => place(&mut self.world, served.body_id, served.start),
                     SimRequest::Say(text) => ServedEvent::Said(text),
                     SimRequest::Exit(code) => ServedEvent::ExitAsked(code),
+                    SimRequest::Note(text) => ServedEvent::Noted(text),
                 };
                 events.push((index, event));
             }

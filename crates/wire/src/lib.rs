@@ -4,6 +4,7 @@
 //! same code stands behind a TCP port, a serial port and a simulated link:
 //!
 //! - [`arcos`]: the packets between a Pioneer robot and its client;
+//! - [`create_oi`]: commands and sensor packets of an iRobot Create 2;
 //! - [`reader`]: whoever reads along on a robot's line, by the name of its protocol;
 //! - [`dle`]: the DLE framing of the radio links, with [`pheromone_link`] (robot to pheromone
 //!   server) and [`ground_link`] (decision unit and ground station to vehicle) on top of it;
@@ -16,6 +17,7 @@
 #![cfg_attr(not(test), warn(clippy::indexing_slicing, clippy::arithmetic_side_effects))]
 
 pub mod arcos;
+pub mod create_oi;
 pub mod dle;
 pub mod ground_link;
 pub mod ld06;

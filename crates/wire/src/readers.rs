@@ -2,10 +2,10 @@
 
 use std::fmt::Debug;
 
-use crate::arcos;
+use crate::{arcos, create_oi};
 
 /// The list: protocol and constructor. A robot with a line of its own adds itself here.
-const READERS: &[(&str, Build)] = &[("arcos", arcos::reader)];
+const READERS: &[(&str, Build)] = &[("arcos", arcos::reader), ("create_oi", create_oi::reader)];
 
 type Build = fn(Towards) -> Box<dyn Reader>;
 

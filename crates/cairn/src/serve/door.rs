@@ -1,7 +1,7 @@
 //! Where clients come from, and one of them over TCP.
 
 use std::{
-    io::{self, ErrorKind, Read, Write},
+    io::{ErrorKind, Read, Write},
     net::{Shutdown, SocketAddr, TcpListener, TcpStream},
     time::Duration,
 };
@@ -23,7 +23,16 @@ pub(crate) enum Door {
     /// A TCP port.
     Tcp(TcpListener),
     /// A serial line, on which somebody is always taken to be listening.
-    Serial(Box<dyn SerialPort>),
+    Serial(SerialDoor),
+}
+
+/// A serial line.
+pub(crate) struct SerialDoor {
+    port: Box<dyn SerialPort>,
+    name: String,
+    baud: Option<u32>,
+    /// The clients' end of a pseudo-terminal: it stays open so that they may come and go.
+    _other_end: Option<Box<dyn SerialPort>>,
 }
 
 impl Door {
@@ -39,7 +48,29 @@ impl Door {
     /// Opens a serial line, 8N1.
     pub(crate) fn serial(device: &str, baud: u32) -> anyhow::Result<Self> {
         let port = serialport::new(device, baud).timeout(Duration::from_millis(1)).open();
-        Ok(Self::Serial(port.with_context(|| format!("cannot open the serial line {device}"))?))
+        let port = port.with_context(|| format!("cannot open the serial line {device}"))?;
+        let name = port.name().unwrap_or_else(|| device.to_owned());
+        Ok(Self::Serial(SerialDoor { port, name, baud: Some(baud), _other_end: None }))
+    }
+
+    /// Opens a pseudo-terminal, which is a serial line within this computer; its name is the clients' end.
+    #[cfg(unix)]
+    pub(crate) fn pty() -> anyhow::Result<Self> {
+        let (mut port, mut other) =
+            serialport::TTYPort::pair().context("cannot open a pseudo-terminal")?;
+        // Clients open it beside us.
+        other.set_exclusive(false).context("cannot share a pseudo-terminal")?;
+        port.set_timeout(Duration::from_millis(1)).context("cannot set up a pseudo-terminal")?;
+        let name = other.name().context("a pseudo-terminal without a name")?;
+        let (port, other): (Box<dyn SerialPort>, Box<dyn SerialPort>) =
+            (Box::new(port), Box::new(other));
+        Ok(Self::Serial(SerialDoor { port, name, baud: None, _other_end: Some(other) }))
+    }
+
+    /// Pseudo-terminals are not of this system.
+    #[cfg(not(unix))]
+    pub(crate) fn pty() -> anyhow::Result<Self> {
+        anyhow::bail!("this system has no pseudo-terminals; give a device with --serial")
     }
 
     /// The address that clients connect to, or the device.
@@ -48,7 +79,7 @@ impl Door {
             Self::Tcp(listener) => {
                 listener.local_addr().map_or_else(|_| "?".to_owned(), |address| address.to_string())
             }
-            Self::Serial(port) => port.name().unwrap_or_else(|| "the serial line".to_owned()),
+            Self::Serial(line) => line.name.clone(),
         }
     }
 
@@ -136,27 +167,34 @@ impl Client {
     }
 }
 
-/// Appends what has arrived on a serial line.
-pub(super) fn receive_serial(
-    port: &mut dyn SerialPort,
-    n_bytes_max: usize,
-    into: &mut Vec<u8>,
-) -> anyhow::Result<()> {
-    let n_waiting = port.bytes_to_read().context("the serial line broke")? as usize;
-    let mut buffer = [0; READ_SIZE];
-    let n_wanted = n_waiting.min(READ_SIZE).min(n_bytes_max);
-    if n_wanted > 0 {
-        let n = port.read(&mut buffer[..n_wanted]).context("the serial line broke")?;
-        into.extend_from_slice(&buffer[..n]);
+impl SerialDoor {
+    /// Appends what has arrived.
+    pub(super) fn receive(&mut self, n_bytes_max: usize, into: &mut Vec<u8>) -> anyhow::Result<()> {
+        let n_waiting = self.port.bytes_to_read().context("the serial line broke")? as usize;
+        let mut buffer = [0; READ_SIZE];
+        let n_wanted = n_waiting.min(READ_SIZE).min(n_bytes_max);
+        if n_wanted > 0 {
+            let n = self.port.read(&mut buffer[..n_wanted]).context("the serial line broke")?;
+            into.extend_from_slice(&buffer[..n]);
+        }
+        Ok(())
     }
-    Ok(())
-}
 
-/// Sends on a serial line.
-pub(super) fn send_serial(port: &mut dyn SerialPort, bytes: &[u8]) -> anyhow::Result<()> {
-    match port.write_all(bytes) {
-        // Nobody reads at the other end: the bytes are lost, as on a real line.
-        Err(e) if matches!(e.kind(), io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock) => Ok(()),
-        written => written.context("the serial line broke"),
+    /// Sends.
+    pub(super) fn send(&mut self, bytes: &[u8]) -> anyhow::Result<()> {
+        match self.port.write_all(bytes) {
+            // Nobody reads at the other end: the bytes are lost, as on a real line.
+            Err(e) if matches!(e.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock) => Ok(()),
+            written => written.context("the serial line broke"),
+        }
+    }
+
+    /// The robot speaks at another speed from now on; a line within this computer has none.
+    pub(super) fn set_baud(&mut self, baud: u32) -> anyhow::Result<()> {
+        if self.baud.is_some_and(|now| now != baud) {
+            self.port.set_baud_rate(baud).context("the serial line refuses that speed")?;
+            self.baud = Some(baud);
+        }
+        Ok(())
     }
 }

@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::{
     Peer,
-    door::{Client, Door, Gone, receive_serial, send_serial},
+    door::{Client, Door, Gone},
     log::Log,
 };
 
@@ -167,7 +167,7 @@ impl Line {
     pub(super) fn receive(&mut self, n_ticks: u32, into: &mut Vec<u8>) -> anyhow::Result<()> {
         let n_bytes_max = BYTES_PER_TICK_MAX * n_ticks as usize;
         match (&mut self.door, &mut self.client) {
-            (Door::Serial(port), _) => receive_serial(&mut **port, n_bytes_max, into)?,
+            (Door::Serial(line), _) => line.receive(n_bytes_max, into)?,
             (Door::Tcp(_), Some(connected)) => {
                 self.gone = connected.client.receive(n_bytes_max, into).err();
             }
@@ -176,10 +176,15 @@ impl Line {
         Ok(())
     }
 
-    /// Sends what the robot says.
-    pub(super) fn send(&mut self, bytes: &[u8]) -> anyhow::Result<()> {
+    /// Sends what the robot says, at the speed at which it speaks.
+    pub(super) fn send(&mut self, bytes: &[u8], baud: Option<u32>) -> anyhow::Result<()> {
         match (&mut self.door, &mut self.client) {
-            (Door::Serial(port), _) => send_serial(&mut **port, bytes)?,
+            (Door::Serial(line), _) => {
+                line.send(bytes)?;
+                if let Some(baud) = baud {
+                    line.set_baud(baud)?;
+                }
+            }
             (Door::Tcp(_), Some(connected)) if self.gone.is_none() => {
                 self.gone = connected.client.send(bytes).err();
             }

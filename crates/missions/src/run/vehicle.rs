@@ -632,7 +632,7 @@ fn robot_line(plan: &RobotPlan, seed: RunSeed) -> Result<RobotLine, RunError> {
             let link = Link::new(config, rng).map_err(|e| settings(e.to_string()))?;
             let rng = seed.stream(&format!("robot/{}", plan.name));
             let board = BoardConfig { name: plan.name.clone(), battery: BatteryConfig::default() };
-            let board = virtual_robots::board(&plan.model, board, rng);
+            let board = virtual_robots::board(&plan.model, &board, rng);
             RobotLine::Wired(Box::new(WiredRobot {
                 link,
                 board: board.map_err(|e| settings(e.to_string()))?,

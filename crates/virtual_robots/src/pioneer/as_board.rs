@@ -80,11 +80,11 @@ impl PioneerFirmware {
     /// The firmware of a model of the catalogue, with the watchdog that the model has.
     pub(crate) fn board(
         model: Arc<RobotModel>,
-        config: BoardConfig,
+        config: &BoardConfig,
         rng: RandomStream,
     ) -> Box<dyn Board> {
         let watchdog = model.line.as_ref().and_then(|line| line.watchdog).unwrap_or_default();
-        let BoardConfig { name, battery } = config;
+        let BoardConfig { name, battery } = config.clone();
         let config = PioneerConfig { name, watchdog, battery, ..PioneerConfig::default() };
         Box::new(Self::new(model, config, rng))
     }

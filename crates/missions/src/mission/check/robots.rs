@@ -66,6 +66,12 @@ fn group(key: &str, file: &RobotFile) -> Checked<Vec<RobotPlan>> {
         let allowed = format!("`direct`: the line of {} is not {what}", model.title);
         return Err(Wrong::new(format!("{key}.link.kind"), &file.link.kind, allowed));
     }
+    let baud_min = model.line.as_ref().map_or(0, |line| line.baud_min);
+    if link.baud() != 0 && link.baud() < baud_min {
+        let allowed =
+            format!("at least {baud_min} baud, so that the reports of {} fit", model.title);
+        return Err(Wrong::new(format!("{key}.link.baud"), file.link.baud, allowed));
+    }
     let teleoperator = file.teleoperator.as_ref();
     let teleoperator = teleoperator.map(|t| teleoperator_plan(key, t, file, &link)).transpose()?;
     if matches!(link, LinkPlan::Direct) {

@@ -1,0 +1,348 @@
+//! The client of an iRobot Create 2: begins its interface, reads its stream, drives.
+//!
+//! **Connecting.** START and STREAM, until a frame comes. The robot is in passive mode then, whatever it was doing before: START
+//! is also the surest way to stop it, and only a robot that reports it has heard it. Some firmware reports modes one too high: one
+//! that stands and keeps to 2 whatever it is told is taken to mean passive by it. Then SAFE, until it reports that.
+//!
+//! **Driving.** The robot has no watchdog: it goes on with its last speeds for ever. So every motion command holds for
+//! [`CreateDriverConfig::hold_max`] and must be renewed, except a turn, which ends by itself; and when steps of this driver
+//! are farther apart than [`CreateDriverConfig::gap_max`] (the computer slept), the robot is stopped before anything else.
+//! The speeds that the robot reports as asked for are compared with those that were, and sent again.
+//!
+//! **Turning** to a heading is done here, by the encoders; the robot knows no such command.
+//!
+//! **Odometry** is worked out here: differences of two counters modulo 65 536, taken as signed. After a time without
+//! frames a difference that the wheels could not have made is passed over (the robot was switched off and on).
+//!
+//! **Cliffs, dropped wheels, chargers** put the robot into passive mode. The motion is forgotten then, what it stands at is
+//! reported as a stall, and it is asked for safe mode again twice a second; while it sees a cliff it is driven backwards
+//! and on the spot only.
+//!
+//! **Lost.** Whoever loses sight stops first: a robot that is not heard for [`CreateDriverConfig::silence_max`], or whose
+//! reported speeds do not follow the commands for as long (it hears nothing), is told to stand and put into passive mode by
+//! START, over and over, until it is heard again. If the line towards it is cut, nothing stops it: that is the robot.
+//!
+//! Source: iRobot Create 2 Open Interface Specification (2016); order of the start, and the end by a stop, START and STOP:
+//! `AutonomyLab/libcreate`. Differences: that one takes counters to wrap at 65 535.
+
+mod connection;
+mod motion;
+mod odometer;
+
+use std::time::Duration;
+
+use navigator::{Command, N_SONARS_MAX, Observation, RobotStatus, Sensed};
+use robot_models::{DriveGeometry, DriveLimits, RobotModel, WheelSpeeds};
+use run_context::Stamp;
+use wire::create_oi::{Command as Packet, Frame, Readings, StreamDecoder, ids};
+
+use self::{connection::Phase, motion::Motion, odometer::Odometer};
+use crate::{Driver, DriverConfig, LineTiming};
+
+/// The packets that are streamed.
+const STREAM: [u8; 17] = [
+    ids::BUMPS_AND_DROPS,
+    ids::CLIFF_LEFT,
+    ids::CLIFF_LEFT + 1,
+    ids::CLIFF_LEFT + 2,
+    ids::CLIFF_LEFT + 3,
+    ids::VIRTUAL_WALL,
+    ids::OVERCURRENTS,
+    ids::CHARGING_STATE,
+    ids::VOLTAGE,
+    ids::CHARGING_SOURCES,
+    ids::MODE,
+    ids::REQUESTED_RIGHT,
+    ids::REQUESTED_LEFT,
+    ids::ENCODER_LEFT,
+    ids::ENCODER_RIGHT,
+    ids::LIGHT_BUMPER,
+    ids::STASIS,
+];
+
+/// Time without a byte after which a frame that has begun is noise.
+const UNFINISHED_MAX: Duration = Duration::from_millis(100);
+
+/// Wheels slower than this stand, m/s: a count in 100 ms is 4 mm/s.
+const STANDING_MPS: f64 = 0.005;
+
+/// How to talk to one robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CreateDriverConfig {
+    /// Its wheels.
+    pub drive: DriveGeometry,
+    /// What its wheels can do.
+    pub limits: DriveLimits,
+    /// Range that stands for «nothing heard», m.
+    pub range_max_m: f64,
+    /// How long a motion command holds without being renewed; a turn ends by itself.
+    pub hold_max: Duration,
+    /// Time between two steps after which the robot drove unseen and is stopped first.
+    pub gap_max: Duration,
+    /// Time without a frame after which the connection counts as lost.
+    pub silence_max: Duration,
+    /// What a packet's way takes.
+    pub line: LineTiming,
+}
+
+/// What the driver did and met.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CreateCounters {
+    /// Frames understood.
+    pub n_frames: u64,
+    /// Connections made.
+    pub n_connections: u64,
+    /// Times that connecting had to be begun again.
+    pub n_retries: u64,
+    /// Speeds sent again because the robot reported others.
+    pub n_mended: u64,
+    /// Times that the robot left safe mode by itself.
+    pub n_safety_stops: u64,
+    /// Times that motion was ended because nobody renewed it, or because steps were far apart.
+    pub n_dead_man_stops: u64,
+    /// Times that the robot was lost.
+    pub n_losses: u64,
+    /// Jumps of the counters that wheels could not have made.
+    pub n_jumps: u64,
+}
+
+/// The driver of one Create.
+#[derive(Clone, Debug)]
+pub struct CreateDriver {
+    config: CreateDriverConfig,
+    decoder: StreamDecoder,
+    phase: Phase,
+    /// When the phase's last packet was sent.
+    phase_since: Stamp,
+    last_step: Option<Stamp>,
+    last_byte: Stamp,
+    last_frame: Stamp,
+    /// By how much the modes that the robot reports are too high; `None` before it is known.
+    mode_offset: Option<i32>,
+    /// How often START was sent since the robot was lost, and SAFE since it was drivable.
+    n_looks: u32,
+    n_wishes: u32,
+    motors_wanted: bool,
+    motion: Motion,
+    odometer: Odometer,
+    /// Modes, contacts and speeds as the last frame had them.
+    seen: Seen,
+    counters: CreateCounters,
+}
+
+/// What the last frame said, as far as it decides something.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Seen {
+    is_drivable: bool,
+    cliff: bool,
+    /// Left and right.
+    stalled: [bool; 2],
+    asked_mmps: [i32; 2],
+    charges: bool,
+}
+
+impl CreateDriverConfig {
+    /// For a robot with these wheels.
+    pub fn new(drive: DriveGeometry, limits: DriveLimits) -> Self {
+        Self {
+            drive,
+            limits,
+            range_max_m: 5.0,
+            hold_max: Duration::from_millis(2500),
+            gap_max: Duration::from_millis(500),
+            silence_max: Duration::from_millis(500),
+            line: LineTiming::default(),
+        }
+    }
+}
+
+impl CreateDriver {
+    /// A driver that will connect at its first step, with motors to be switched on.
+    pub fn new(config: CreateDriverConfig) -> Self {
+        Self {
+            decoder: StreamDecoder::new(),
+            phase: Phase::Looking,
+            phase_since: Stamp::ZERO,
+            last_step: None,
+            last_byte: Stamp::ZERO,
+            last_frame: Stamp::ZERO,
+            mode_offset: None,
+            n_looks: 0,
+            n_wishes: 0,
+            motors_wanted: true,
+            motion: Motion::default(),
+            odometer: Odometer::new(config.drive),
+            seen: Seen::default(),
+            counters: CreateCounters::default(),
+            config,
+        }
+    }
+
+    /// The driver for a robot of the catalogue.
+    pub(crate) fn for_robot(model: &RobotModel, config: &DriverConfig) -> Box<dyn Driver> {
+        let mut limits = model.limits;
+        limits.acceleration_max_mps2 = config.acceleration_mps2.min(limits.acceleration_max_mps2);
+        Box::new(Self::new(CreateDriverConfig {
+            range_max_m: config.range_max_m,
+            line: config.line,
+            ..CreateDriverConfig::new(model.drive, limits)
+        }))
+    }
+
+    /// What the driver did and met.
+    pub fn counters(&self) -> CreateCounters {
+        self.counters
+    }
+
+    /// The decoder, for its counters of noise.
+    pub fn decoder(&self) -> &StreamDecoder {
+        &self.decoder
+    }
+
+    fn take(
+        &mut self,
+        now: Stamp,
+        frame: &Frame,
+        observations: &mut Vec<Observation>,
+        out: &mut Vec<u8>,
+    ) {
+        let about = self.config.line.sent_at(now, frame.n_bytes);
+        let r = &frame.readings;
+        let get = |id| r.get(id).unwrap_or(0);
+        // A frame of another client's stream tells too little.
+        let (Some(left), Some(right)) = (r.get(ids::ENCODER_LEFT), r.get(ids::ENCODER_RIGHT))
+        else {
+            return;
+        };
+        self.counters.n_frames += 1;
+        self.last_frame = now;
+        if !self.odometer.take(about, [left, right], self.config.limits.speed_max_mps) {
+            self.counters.n_jumps += 1;
+        }
+        self.see(r);
+        self.keep_mode(now, get(ids::MODE), out);
+        if self.phase == Phase::Looking {
+            if !self.has_stopped(get(ids::MODE)) {
+                return;
+            }
+            self.enter_safe(now, out);
+            self.seen.is_drivable = false;
+            self.phase = Phase::Connected;
+            self.counters.n_connections += 1;
+            self.motion = Motion::at_rest(now);
+            observations.push(Observation { about: now, value: Sensed::LinkUp });
+        }
+        let value = Sensed::Robot(self.status(get(ids::VOLTAGE)));
+        observations.push(Observation { about, value });
+        self.keep_driving(now, out);
+    }
+
+    fn see(&mut self, r: &Readings) {
+        let get = |id| r.get(id).unwrap_or(0);
+        let bumps = get(ids::BUMPS_AND_DROPS);
+        let overcurrents = get(ids::OVERCURRENTS);
+        let cliff = (0..4).any(|place| get(ids::CLIFF_LEFT + place) != 0);
+        let stalled = |bump: i32, drop: i32, current: i32| {
+            bumps >> bump & 1 != 0 || bumps >> drop & 1 != 0 || overcurrents >> current & 1 != 0
+        };
+        let mode = get(ids::MODE) - self.mode_offset.unwrap_or(0);
+        let was_drivable = std::mem::replace(&mut self.seen.is_drivable, mode >= 2);
+        self.seen.cliff = cliff;
+        self.seen.stalled = [stalled(1, 3, 4) || cliff, stalled(0, 2, 3) || cliff];
+        self.seen.asked_mmps = [get(ids::REQUESTED_LEFT), get(ids::REQUESTED_RIGHT)];
+        self.seen.charges = get(ids::CHARGING_SOURCES) != 0;
+        if was_drivable && !self.seen.is_drivable && self.phase == Phase::Connected {
+            self.counters.n_safety_stops += 1;
+            self.motion.forget();
+        }
+    }
+
+    fn status(&self, millivolts: i32) -> RobotStatus {
+        let wheel_speeds = self.odometer.wheel_speeds();
+        let WheelSpeeds { left_mps, right_mps } = wheel_speeds;
+        RobotStatus {
+            odom_from_base: self.odometer.odom_from_base(),
+            wheel_speeds,
+            sonar_ranges_m: [self.config.range_max_m; N_SONARS_MAX],
+            sonar_ages_ms: [u16::MAX; N_SONARS_MAX],
+            n_sonars: 0,
+            sonar_fresh: 0,
+            stalled: self.seen.stalled,
+            moving: left_mps.abs() > STANDING_MPS || right_mps.abs() > STANDING_MPS,
+            motors_enabled: self.seen.is_drivable,
+            battery_v: 0.001 * f64::from(millivolts),
+        }
+    }
+}
+
+impl Driver for CreateDriver {
+    /// Does not allocate between one connection and the next.
+    fn step(
+        &mut self,
+        now: Stamp,
+        received: &[u8],
+        observations: &mut Vec<Observation>,
+        out: &mut Vec<u8>,
+    ) {
+        let before = self.last_step.replace(now);
+        if before.is_some_and(|before| now.since(before) >= self.config.gap_max)
+            && self.motion.moves()
+        {
+            // It drove on unseen: first of all it stands.
+            self.counters.n_dead_man_stops += 1;
+            self.motion.forget();
+            stand(out);
+        }
+        if !received.is_empty() {
+            self.decoder.push(received);
+            self.last_byte = now;
+        } else if self.decoder.has_unfinished() && now.since(self.last_byte) >= UNFINISHED_MAX {
+            self.decoder.give_up_unfinished();
+        }
+        while let Some(frame) = self.decoder.next_frame() {
+            self.take(now, &frame, observations, out);
+        }
+        self.keep_up(now, before.is_none(), observations, out);
+    }
+
+    fn command(&mut self, now: Stamp, command: &Command, out: &mut Vec<u8>) {
+        match *command {
+            Command::EnableMotors(on) => self.enable(on, out),
+            Command::Drive(_) | Command::TurnTo { .. } | Command::Stop => {
+                if self.phase == Phase::Connected {
+                    self.move_as(now, command, out);
+                }
+            }
+            Command::QueryPheromones { .. } | Command::Report(_) => {}
+        }
+    }
+
+    fn disconnect(&mut self, now: Stamp, out: &mut Vec<u8>) {
+        stand(out);
+        send(&Packet::Start, out);
+        send(&Packet::Stop, out);
+        self.begin_looking(now);
+    }
+
+    fn hold(&self, out: &mut Vec<u8>) {
+        for _ in 0..N_HOLDS {
+            stand(out);
+        }
+    }
+
+    fn is_connected(&self) -> bool {
+        self.phase == Phase::Connected
+    }
+}
+
+/// Stops for a robot that will hear nothing for a while: one may be lost.
+const N_HOLDS: usize = 3;
+
+/// Appends the command to stand.
+fn stand(out: &mut Vec<u8>) {
+    send(&Packet::DriveDirect { right_mmps: 0, left_mmps: 0 }, out);
+}
+
+fn send(packet: &Packet, out: &mut Vec<u8>) {
+    packet.encode(out);
+}
