@@ -39,6 +39,19 @@ pub trait Driver: Debug + Send + Sync {
     fn is_connected(&self) -> bool;
 }
 
+/// What a driver has to know of its task, whatever the robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriverConfig {
+    /// The fastest that a wheel will be asked to turn, m/s: a robot that allows less until it is told is told.
+    pub wheel_speed_max_mps: f64,
+    /// The acceleration that the navigator reckons with, m/s².
+    pub acceleration_mps2: f64,
+    /// Range that stands for «nothing heard», m.
+    pub range_max_m: f64,
+    /// What the way of bytes takes.
+    pub line: LineTiming,
+}
+
 /// What the way of bytes takes, so that their content can be dated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LineTiming {

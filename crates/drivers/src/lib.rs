@@ -26,7 +26,7 @@ mod registry;
 mod tests;
 
 pub use create::{CreateCounters, CreateDriver, CreateDriverConfig};
-pub use driver::{Driver, LineTiming};
+pub use driver::{Driver, DriverConfig, LineTiming};
 pub use ground::{
     GoalNews, GroundClient, GroundLinkConfig, GroundStation, GroundStationEvent, failure_code,
     failure_text, sonar_report,
@@ -35,4 +35,4 @@ pub use pheromones::{PheromoneClient, PheromoneClientConfig, PheromoneCounters};
 pub use pioneer::{
     DriveCommand, PioneerCounters, PioneerDriver, PioneerDriverConfig, PioneerSettings,
 };
-pub use registry::{DriverConfig, NoDriver, driver, has_driver};
+pub use registry::{NoDriver, driver, has_driver};

@@ -2,26 +2,13 @@
 
 use robot_models::RobotModel;
 
-use crate::{CreateDriver, Driver, LineTiming, PioneerDriver};
+use crate::{CreateDriver, Driver, DriverConfig, PioneerDriver};
 
 /// The list: protocol and constructor. A robot with a line of its own adds itself here.
 const DRIVERS: &[(&str, Build)] =
     &[("arcos", PioneerDriver::for_robot), ("create_oi", CreateDriver::for_robot)];
 
 type Build = fn(&RobotModel, &DriverConfig) -> Box<dyn Driver>;
-
-/// What a driver has to know of its task, whatever the robot.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DriverConfig {
-    /// The fastest that a wheel will be asked to turn, m/s: a robot that allows less until it is told is told.
-    pub wheel_speed_max_mps: f64,
-    /// The acceleration that the navigator reckons with, m/s².
-    pub acceleration_mps2: f64,
-    /// Range that stands for «nothing heard», m.
-    pub range_max_m: f64,
-    /// What the way of bytes takes.
-    pub line: LineTiming,
-}
 
 /// A robot for which there is no driver.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -70,6 +57,7 @@ pub fn has_driver(model: &RobotModel) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::LineTiming;
 
     const CONFIG: DriverConfig = DriverConfig {
         wheel_speed_max_mps: 0.5,

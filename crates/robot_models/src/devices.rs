@@ -3,7 +3,7 @@
 use geometry::{Base, Se2, Sensor, Transform2, Vec2};
 use serde::Deserialize;
 
-use crate::catalogue::{ModelError, check_range};
+use crate::model_error::{ModelError, check_range};
 
 /// Beside wheels and sonars.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -12,11 +12,13 @@ mod covariance;
 mod devices;
 mod drive;
 mod drivetrain;
+mod model_error;
 mod odometry;
 
-pub use catalogue::{LineModel, ModelError, RingTiming, RobotModel, SonarMount, UnknownModel};
+pub use catalogue::{LineModel, RingTiming, RobotModel, SonarMount, UnknownModel};
 pub use covariance::{OdometryNoise, PoseCovariance, UncertaintyEllipse};
 pub use devices::{BatteryModel, BumperMount, Devices, FloorSensorMount, InfraredMount};
 pub use drive::{BodyVelocity, DriveGeometry, DriveLimits, WheelSpeeds, WheelTravel, ramp};
 pub use drivetrain::{Drivetrain, Encoder, ErrorRange, OdometryErrors};
+pub use model_error::ModelError;
 pub use odometry::{Odometry, OdometryRule};

@@ -2,8 +2,6 @@
 
 use geometry::{Polygon, Se2, Vec2};
 
-use crate::world::World;
-
 /// Farthest that the beam of a virtual wall is heard, metres.
 pub const VIRTUAL_WALL_REACH_M: f64 = 2.5;
 /// Half the angle of that beam, radians.
@@ -22,25 +20,15 @@ pub struct Fixtures {
     pub docks: Vec<Se2>,
 }
 
-impl World {
-    /// Replaces what is in the world beside solid things.
-    pub fn set_fixtures(&mut self, fixtures: Fixtures) {
-        self.fixtures = fixtures;
-    }
-
-    /// What is in the world beside solid things.
-    pub fn fixtures(&self) -> &Fixtures {
-        &self.fixtures
-    }
-
+impl Fixtures {
     /// Whether there is floor at `place`, world frame, metres.
     pub fn has_floor(&self, place: Vec2) -> bool {
-        !self.fixtures.holes.iter().any(|hole| hole.contains(place))
+        !self.holes.iter().any(|hole| hole.contains(place))
     }
 
     /// Whether the beam of a virtual wall is heard at `place`, world frame, metres; walls and things are no hindrance.
     pub fn in_virtual_wall(&self, place: Vec2) -> bool {
-        self.fixtures.virtual_walls.iter().any(|wall| {
+        self.virtual_walls.iter().any(|wall| {
             let way = place - wall.position();
             let bearing_rad = geometry::wrap_to_pi(way.y.atan2(way.x) - wall.yaw_rad);
             way.norm() <= VIRTUAL_WALL_REACH_M && bearing_rad.abs() <= VIRTUAL_WALL_HALF_ANGLE_RAD
@@ -50,7 +38,7 @@ impl World {
     /// Whether a robot that stands there, world frame, touches the contacts of a place to charge.
     pub fn is_docked(&self, world_from_base: Se2) -> bool {
         let (within_m, within_rad) = DOCKED_WITHIN;
-        self.fixtures.docks.iter().any(|dock| {
+        self.docks.iter().any(|dock| {
             let aside_rad = geometry::wrap_to_pi(world_from_base.yaw_rad - dock.yaw_rad);
             (world_from_base.position() - dock.position()).norm() <= within_m
                 && aside_rad.abs() <= within_rad
@@ -60,24 +48,18 @@ impl World {
 
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
-    use run_context::RunSeed;
-
     use super::*;
-    use crate::WorldSpec;
 
     #[test]
     fn holes_beams_and_docks_are_where_they_were_put() {
-        let mut world =
-            World::new(WorldSpec::empty(), RunSeed(1), Duration::from_millis(10)).unwrap();
+        let world = Fixtures::default();
         assert!(world.has_floor(Vec2::zeros()) && !world.in_virtual_wall(Vec2::zeros()));
         let square = [(1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0)].map(|(x, y)| Vec2::new(x, y));
-        world.set_fixtures(Fixtures {
+        let world = Fixtures {
             holes: vec![Polygon::new(square.to_vec()).unwrap()],
             virtual_walls: vec![Se2::new(0.0, 0.0, 1.57)],
             docks: vec![Se2::new(-1.0, 0.0, 3.1)],
-        });
+        };
         for (x, y, floor) in [(0.9, 0.5, true), (1.1, 0.5, false), (1.5, -0.1, true)] {
             assert_eq!(world.has_floor(Vec2::new(x, y)), floor, "{x} {y}");
         }

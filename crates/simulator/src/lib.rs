@@ -49,8 +49,8 @@ mod spec;
 mod world;
 
 pub use body::Body;
-pub use floor_tags::{FloorTags, FloorTagsError};
 pub use fixtures::{Fixtures, VIRTUAL_WALL_REACH_M};
+pub use floor_tags::{FloorTags, FloorTagsError};
 pub use people::Person;
 pub use scene::Scene;
 pub use spec::{

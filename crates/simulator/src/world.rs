@@ -9,8 +9,8 @@ use sensor_models::{Echo, EchoCause, Material, materials};
 
 use crate::{
     body::{Body, transform_into},
-    floor_tags::FloorTags,
     fixtures::Fixtures,
+    floor_tags::FloorTags,
     neighbours::Neighbours,
     people::Person,
     scene::Scene,
@@ -89,6 +89,16 @@ impl World {
         if !materials.is_empty() {
             self.materials = materials;
         }
+    }
+
+    /// Replaces what is in the world beside solid things.
+    pub fn set_fixtures(&mut self, fixtures: Fixtures) {
+        self.fixtures = fixtures;
+    }
+
+    /// What is in the world beside solid things.
+    pub fn fixtures(&self) -> &Fixtures {
+        &self.fixtures
     }
 
     /// The surfaces' materials; tags are indices into them.

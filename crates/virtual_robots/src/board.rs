@@ -111,6 +111,15 @@ impl Default for BatteryConfig {
     }
 }
 
+/// What one robot of a model has of its own, whatever its firmware.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BoardConfig {
+    /// The name it reports, where the protocol has a word for that.
+    pub name: String,
+    /// Its battery.
+    pub battery: BatteryConfig,
+}
+
 /// What a client of a simulated robot wants of the simulator.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SimRequest {

@@ -19,9 +19,10 @@ mod registry;
 mod served;
 
 pub use board::{
-    BatteryConfig, BatteryStatus, Board, BoardStatus, MotorReference, NumberSet, Port, SimRequest,
+    BatteryConfig, BatteryStatus, Board, BoardConfig, BoardStatus, MotorReference, NumberSet, Port,
+    SimRequest,
 };
 pub use create::CreateFirmware;
 pub use pioneer::{FirmwareCounters, MotorFeedback, PioneerConfig, PioneerFirmware};
-pub use registry::{BoardConfig, NoBoard, board, has_board};
+pub use registry::{NoBoard, board, has_board};
 pub use served::{Exchange, ServedBoard, ServedEvent, ServedWorld};

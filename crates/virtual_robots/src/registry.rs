@@ -5,22 +5,13 @@ use std::sync::Arc;
 use robot_models::RobotModel;
 use run_context::RandomStream;
 
-use crate::{BatteryConfig, Board, create::CreateFirmware, pioneer::PioneerFirmware};
+use crate::{Board, BoardConfig, create::CreateFirmware, pioneer::PioneerFirmware};
 
 /// The list: protocol and constructor. A robot with a line of its own adds itself here.
 const BOARDS: &[(&str, Build)] =
     &[("arcos", PioneerFirmware::board), ("create_oi", CreateFirmware::board)];
 
 type Build = fn(Arc<RobotModel>, &BoardConfig, RandomStream) -> Box<dyn Board>;
-
-/// What one robot of a model has of its own, whatever its firmware.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BoardConfig {
-    /// The name it reports, where the protocol has a word for that.
-    pub name: String,
-    /// Its battery.
-    pub battery: BatteryConfig,
-}
 
 /// A robot for which there is no firmware.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -77,6 +68,7 @@ mod tests {
     use run_context::RunSeed;
 
     use super::*;
+    use crate::BatteryConfig;
 
     fn built(model: RobotModel) -> Result<&'static [&'static str], NoBoard> {
         let config = BoardConfig { name: "x".to_owned(), battery: BatteryConfig::default() };

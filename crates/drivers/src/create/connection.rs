@@ -6,7 +6,10 @@ use navigator::{Observation, Sensed};
 use run_context::Stamp;
 use wire::create_oi::{Command as Packet, STREAM_HEADER};
 
-use super::{CreateDriver, STREAM, motion::Motion, send, stand};
+use super::{
+    motion::Motion,
+    state::{CreateDriver, Phase, STREAM, send, stand},
+};
 
 /// Time to wait for the first frame.
 const ANSWER_MAX: Duration = Duration::from_millis(500);
@@ -18,15 +21,6 @@ const MODE_PERIOD: Duration = Duration::from_millis(500);
 const N_LOOKS_BEFORE_DOUBT: u32 = 3;
 /// SAFEs after which that is doubted.
 const N_WISHES_BEFORE_DOUBT: u32 = 4;
-
-/// How far the connection has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Phase {
-    /// START and STREAM were sent; a frame is awaited.
-    Looking,
-    /// Frames come in.
-    Connected,
-}
 
 impl CreateDriver {
     /// What time demands.

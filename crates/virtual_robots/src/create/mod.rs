@@ -19,101 +19,26 @@
 //! packets 19 and 20, where real firmware loses them.
 
 mod obey;
+mod power;
 mod senses;
+mod state;
 #[cfg(test)]
 mod tests;
 
-use std::{sync::Arc, time::Duration};
+use std::sync::Arc;
 
 use robot_models::{RobotModel, WheelSpeeds};
 use run_context::{RandomStream, Stamp, StateHash};
 use simulator::{BodyId, World};
-use wire::create_oi::{CommandDecoder, Radius, write_frame};
+use wire::create_oi::{CommandDecoder, write_frame};
 
 use crate::{
     BatteryConfig, BatteryStatus, Board, BoardConfig, BoardStatus, MotorReference, NumberSet, Port,
     SimRequest, bumpers::Bumpers,
 };
-use senses::{Feel, Power};
-
-/// Time between two frames of a stream.
-const STREAM_PERIOD: Duration = Duration::from_millis(15);
-/// Time in passive mode after which it falls asleep.
-const AWAKE_MAX: Duration = Duration::from_mins(5);
-/// Speed of its line when it has been switched on, where the catalogue says nothing, bits per second.
-const BAUD: u32 = 115_200;
-/// Songs that it can keep.
-const N_SONGS: usize = 5;
-/// Notes for those who watch that may wait; the rest are dropped.
-const N_NOTES_MAX: usize = 16;
-/// Charge below which it is low, percent.
-const LOW_PERCENT: f64 = 20.0;
-
-/// What it lets a client do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Mode {
-    Off,
-    Passive,
-    Safe,
-    Full,
-}
-
-/// What was asked of the wheels last, as the packets say it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Requested {
-    velocity_mmps: i16,
-    radius: Radius,
-    right_mmps: i16,
-    left_mmps: i16,
-}
-
-const REST: Requested =
-    Requested { velocity_mmps: 0, radius: Radius::Straight, right_mmps: 0, left_mmps: 0 };
-
-/// One Create's firmware.
-#[derive(Clone, Debug)]
-pub struct CreateFirmware {
-    model: Arc<RobotModel>,
-    decoder: CommandDecoder,
-    mode: Mode,
-    is_asleep: bool,
-    passive_since: Stamp,
-    requested: Requested,
-    wheels: WheelSpeeds,
-    /// What the encoders say, before they wrap.
-    counts: [i64; 2],
-    /// Which way the wheels are taken to turn.
-    signs: [i64; 2],
-    ticks: Option<[i64; 2]>,
-    distance_m: f64,
-    angle_rad: f64,
-    bumpers: Bumpers,
-    feel: Feel,
-    power: Power,
-    stream: Vec<u8>,
-    is_streaming: bool,
-    next_frame: Stamp,
-    songs: [Vec<[u8; 2]>; N_SONGS],
-    song_number: u8,
-    song_ends: Stamp,
-    buttons: u8,
-    buttons_end: Stamp,
-    baud: u32,
-    n_heard: u64,
-    unknown: NumberSet,
-    /// Commands that were told of in this mode already, because they came in the wrong one.
-    unexpected: NumberSet,
-    notes: Vec<SimRequest>,
-    now: Stamp,
-    last_step: Option<Stamp>,
-}
-
-/// Where the firmware is: what its devices may be asked about.
-#[derive(Clone, Copy)]
-struct Site<'a> {
-    world: &'a World,
-    body_id: BodyId,
-}
+use power::Power;
+pub use state::CreateFirmware;
+use state::{AWAKE_MAX, BAUD, Feel, LOW_PERCENT, Mode, N_NOTES_MAX, REST, STREAM_PERIOD, Site};
 
 impl CreateFirmware {
     /// A robot that has just been switched on: interface off, wheels at rest.

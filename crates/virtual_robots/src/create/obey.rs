@@ -5,7 +5,7 @@ use std::time::Duration;
 use robot_models::WheelSpeeds;
 use wire::create_oi::{BAUDS, Command, Radius};
 
-use super::{CreateFirmware, Mode, N_SONGS, Requested, STREAM_PERIOD, Site};
+use super::state::{CreateFirmware, Mode, N_SONGS, REST, Requested, STREAM_PERIOD, Site};
 use crate::NumberSet;
 
 /// The fastest a wheel turns, mm/s.
@@ -70,11 +70,11 @@ impl CreateFirmware {
             Command::DriveDirect { right_mmps, left_mmps } => {
                 let limited = |mmps: i16| mmps.clamp(-SPEED_MAX_MMPS, SPEED_MAX_MMPS);
                 let (right_mmps, left_mmps) = (limited(*right_mmps), limited(*left_mmps));
-                self.turn_wheels(Requested { right_mmps, left_mmps, ..super::REST });
+                self.turn_wheels(Requested { right_mmps, left_mmps, ..REST });
             }
             Command::DrivePwm { right, left } => {
                 let (right_mmps, left_mmps) = (speed_of_pwm(*right), speed_of_pwm(*left));
-                self.turn_wheels(Requested { right_mmps, left_mmps, ..super::REST });
+                self.turn_wheels(Requested { right_mmps, left_mmps, ..REST });
             }
             Command::Sensors(id) => self.answer(site, &[*id], out),
             Command::QueryList(ids) => self.answer(site, ids, out),

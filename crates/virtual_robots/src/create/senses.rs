@@ -3,11 +3,9 @@
 use std::time::Duration;
 
 use geometry::{Ray, RayCaster as _, Vec2};
-use robot_models::BatteryModel;
 use wire::create_oi::{Readings, ids, members};
 
-use super::{CreateFirmware, Mode, Site};
-use crate::BatteryConfig;
+use super::state::{CreateFirmware, Feel, Mode, Site};
 
 /// What a floor sensor's echo is worth above floor and above none.
 const FLOOR_SIGNALS: [i32; 2] = [2500, 5];
@@ -25,85 +23,6 @@ const WHEEL_CURRENT_MA: f64 = 250.0;
 const STALL_CURRENT_MA: i32 = 1200;
 /// Temperature that it reports, °C.
 const TEMPERATURE_C: i32 = 25;
-/// Voltage and capacity where the catalogue knows no battery.
-const BATTERY: BatteryModel = BatteryModel {
-    capacity_mah: 3000.0,
-    full_v: 16.5,
-    empty_v: 12.0,
-    idle_w: 4.5,
-    driving_w: 10.0,
-    charging_w: 20.0,
-};
-
-/// What it feels in every step.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Feel {
-    /// Bit 0 right, bit 1 left, as the packet has them.
-    bumps: u8,
-    /// Right and left wheel.
-    pub(super) drops: [bool; 2],
-    /// Left, front left, front right, right.
-    pub(super) cliffs: [bool; 4],
-    /// Left and right.
-    stalled: [bool; 2],
-    pub(super) is_docked: bool,
-    hears_wall: bool,
-}
-
-/// Its battery.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Power {
-    model: BatteryModel,
-    drain_ratio: f64,
-    charge_mah: f64,
-    /// Into the battery.
-    current_ma: f64,
-}
-
-impl Power {
-    pub(super) fn new(model: Option<BatteryModel>, config: BatteryConfig) -> Self {
-        let model = model.unwrap_or(BATTERY);
-        let share = (0.01 * config.charge_percent).clamp(0.0, 1.0);
-        // Nonsense is an empty battery.
-        let share = if share.is_nan() { 0.0 } else { share };
-        let drain_ratio = config.drain_ratio.max(0.0);
-        Self { model, drain_ratio, charge_mah: share * model.capacity_mah, current_ma: 0.0 }
-    }
-
-    /// Time passes; `effort` is the share of the wheels' full speed, 0 to 1.
-    fn pass(&mut self, dt: Duration, effort: f64, charges: bool) {
-        let model = &self.model;
-        let power_w = if charges && self.charge_mah < model.capacity_mah {
-            model.charging_w
-        } else if charges {
-            0.0
-        } else {
-            -(model.idle_w + effort * model.driving_w)
-        };
-        self.current_ma = 1000.0 * power_w / self.voltage_v();
-        let ratio = if charges { 1.0 } else { self.drain_ratio };
-        let change_mah = ratio * self.current_ma * dt.as_secs_f64() / 3600.0;
-        self.charge_mah = (self.charge_mah + change_mah).clamp(0.0, self.model.capacity_mah);
-    }
-
-    pub(super) fn charge_percent(&self) -> f64 {
-        100.0 * self.charge_mah / self.model.capacity_mah
-    }
-
-    pub(super) fn voltage_v(&self) -> f64 {
-        let BatteryModel { full_v, empty_v, .. } = self.model;
-        empty_v + (full_v - empty_v) * self.charge_mah / self.model.capacity_mah
-    }
-
-    pub(super) fn is_empty(&self) -> bool {
-        self.charge_mah <= 0.0
-    }
-
-    fn is_full(&self) -> bool {
-        self.charge_mah >= self.model.capacity_mah
-    }
-}
-
 impl CreateFirmware {
     /// What is felt in every step, asked for or not.
     pub(super) fn sense(&mut self, site: Site<'_>, dt: Duration) {
@@ -121,7 +40,8 @@ impl CreateFirmware {
         self.distance_m += 0.5 * (ways_m[0] + ways_m[1]);
         self.angle_rad += (ways_m[1] - ways_m[0]) / self.model.drive.wheelbase_m;
         let world_from_base = body.world_from_base.se2();
-        let floor = |place: Vec2| world.has_floor(world_from_base.transform_point(place));
+        let floor =
+            |place: Vec2| world.fixtures().has_floor(world_from_base.transform_point(place));
         let wheel_y_m = 0.5 * self.model.drive.wheelbase_m;
         let mut cliffs = [false; 4];
         for (cliff, mount) in cliffs.iter_mut().zip(&self.model.devices.cliffs) {
@@ -133,8 +53,8 @@ impl CreateFirmware {
             drops: [-wheel_y_m, wheel_y_m].map(|y_m| !floor(Vec2::new(0.0, y_m))),
             cliffs,
             stalled: body.stalled,
-            is_docked: world.is_docked(world_from_base),
-            hears_wall: world.in_virtual_wall(world_from_base.position()),
+            is_docked: world.fixtures().is_docked(world_from_base),
+            hears_wall: world.fixtures().in_virtual_wall(world_from_base.position()),
         };
         let top_mps = self.model.limits.speed_max_mps;
         let effort = 0.5 * (self.wheels.left_mps.abs() + self.wheels.right_mps.abs()) / top_mps;

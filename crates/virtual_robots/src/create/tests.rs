@@ -1,11 +1,13 @@
 //! The firmware in a world, and its packets against what the world is.
 
+use std::time::Duration;
+
 use geometry::{Polygon, Se2, Segment, SegmentWorld, Vec2};
 use robot_models::OdometryErrors;
 use run_context::RunSeed;
 use sensor_models::SonarModel;
 use simulator::{Fixtures, RobotPlacement, WorldSpec};
-use wire::create_oi::{BAUDS, Command, Readings, StreamDecoder, data_len, ids};
+use wire::create_oi::{BAUDS, Command, Radius, Readings, StreamDecoder, data_len, ids};
 
 use super::*;
 use crate::{Exchange, ServedEvent, ServedWorld};

@@ -27,6 +27,7 @@
 
 mod as_board;
 mod battery;
+mod bumper_places;
 mod commands;
 mod device_state;
 mod motion;
@@ -44,8 +45,8 @@ use simulator::{BodyId, World};
 use wire::arcos::Decoder;
 
 use self::{
-    as_board::{N_SEGMENTS, bumper_bearings_deg},
     battery::Battery,
+    bumper_places::{N_SEGMENTS, bumper_bearings_deg},
     device_state::{N_REQUESTS_MAX, Stream, Streams},
     motion::{Motion, MotionLimits},
     sonar_ring::SonarRing,

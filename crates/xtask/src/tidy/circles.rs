@@ -35,7 +35,6 @@ const N_FILES_IN_CIRCLES: &[(&str, usize)] = &[
     ("simulator", 3),
     ("slam", 3),
     ("surveys", 14),
-    ("virtual_robots", 3),
     ("wire", 3),
 ];
 

@@ -35,6 +35,8 @@ const ENDINGS: &[&str] = &[
     "bits",
     "degpm",
     "kg",
+    "w",
+    "mah",
     "per_turn",
     "per_tick",
     "ratio",
