@@ -19,6 +19,7 @@ mod batch;
 mod report;
 mod sonar_slam;
 mod statistics;
+mod tag_trails;
 
 pub use figures::{Figure, Report, Section, Table};
 pub use statistics::{Proportion, median};
@@ -157,7 +158,7 @@ impl Experiment {
 }
 
 /// All experiments, document by document.
-pub const ALL: [Experiment; 3] = [
+pub const ALL: [Experiment; 4] = [
     Experiment {
         name: "assistant-7.4",
         title: "Following virtual pheromones: trajectories, and sweeps of speed, period, radius and sets",
@@ -171,6 +172,13 @@ pub const ALL: [Experiment; 3] = [
         n_runs: 200,
         sweeps: &["speeds"],
         body: assistant_avoidance::run,
+    },
+    Experiment {
+        name: "assistant-5.3.2",
+        title: "A trail in tags on the floor against the pheromone server's: silence, unequal wheels, missing tags",
+        n_runs: 40,
+        sweeps: &[],
+        body: tag_trails::run,
     },
     Experiment {
         name: "sonar-slam",
