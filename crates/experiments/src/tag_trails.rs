@@ -322,7 +322,9 @@ mod tests {
             .collect();
         if asked.is_some() {
             let rows = table(&results).tables.remove(0).rows;
-            rows.iter().for_each(|row| eprintln!("| {} |", row.join(" | ")));
+            for row in &rows {
+                eprintln!("| {} |", row.join(" | "));
+            }
         }
         let of = |guide, trouble| {
             *results.iter().find(|r| r.setting == Setting { guide, trouble }).unwrap()

@@ -24,7 +24,7 @@ const N_DOORS_MAX: usize = 8;
 const N_FILES_IN_CIRCLES: &[(&str, usize)] = &[
     ("cairn", 9),
     ("drivers", 4),
-    ("experiments", 12),
+    ("experiments", 7),
     ("geometry", 2),
     ("missions", 16),
     ("navigator", 7),
