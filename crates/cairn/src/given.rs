@@ -5,6 +5,8 @@ use std::{io::Read as _, path::Path};
 use anyhow::{Context, bail};
 use missions::Mission;
 
+use crate::output::complain;
+
 /// The name that stands for standard input.
 const STDIN: &str = "-";
 /// What errors call it.
@@ -34,7 +36,7 @@ pub(crate) fn stdin(bytes_max: u64) -> anyhow::Result<Vec<u8>> {
 pub(crate) fn mission(name: &str, overrides: &[String]) -> anyhow::Result<Mission> {
     let mission = mission_without_warnings(name, overrides)?;
     for warning in mission.warnings() {
-        eprintln!("cairn: warning: {}: {warning}", shown(name));
+        complain!("cairn: warning: {}: {warning}", shown(name));
     }
     Ok(mission)
 }
@@ -48,8 +50,7 @@ pub(crate) fn mission_without_warnings(
         return Ok(Mission::load(name, overrides)?);
     }
     let bytes = stdin(MISSION_BYTES_MAX)?;
-    let text =
-        String::from_utf8(bytes).context("standard input is no mission: it is not UTF-8 text")?;
+    let text = files::text_of(Path::new(STDIN_NAME), "the mission from", bytes)?;
     Ok(Mission::parse_in(Path::new(""), STDIN_NAME, &text, overrides)?)
 }
 

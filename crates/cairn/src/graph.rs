@@ -10,7 +10,7 @@ use least_squares::{Config, Outcome, Report, Start, Workspace, g2o, optimise};
 use serde_json::json;
 
 use crate::given;
-use crate::output::{self, Format, say};
+use crate::output::{self, Format, complain, say};
 
 /// Bytes that a compressed graph may unpack to.
 const BYTES_MAX: u64 = files::Limit::LOG.bytes_max();
@@ -90,7 +90,8 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
         crate::input::read(&args.file, "the graph")?
     };
     let (text, cut) = unpacked(bytes).with_context(|| format!("cannot read the graph {name}"))?;
-    let (mut graph, ids, damage) = g2o::read(&text).with_context(|| name.to_string())?;
+    let (mut graph, ids, damage) =
+        g2o::read(&text).map_err(|e| crate::input::another(&args.file, &text, "pose graph", e))?;
     drop(text);
     let read_s = begun.elapsed().as_secs_f64();
     let config = Config {
@@ -166,7 +167,7 @@ fn print_text(args: &Args, found: &Found) {
     let Found { report, .. } = found;
     let complaints = complaints(found);
     if !complaints.is_empty() {
-        eprintln!("{}", complaints.join("\n"));
+        complain!("{}", complaints.join("\n"));
     }
     let (n_vertices, n_edges) = (found.n_vertices, found.n_edges);
     say!("{}: {n_vertices} vertices, {n_edges} edges\n", args.file.display());

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use files::{InputError, Limit};
+use files::{InputError, Limit, Sort};
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// From this size on a file's reading is shown, bytes.
@@ -28,4 +28,19 @@ pub(crate) fn read(path: &Path, what: &str) -> Result<Vec<u8>, InputError> {
     });
     bar.finish_and_clear();
     bytes
+}
+
+/// Why a file that was read is not what it should be: what else it is, when that shows; `error` otherwise.
+pub(crate) fn another(
+    path: &Path,
+    bytes: &[u8],
+    wanted: &str,
+    error: impl std::error::Error + Send + Sync + 'static,
+) -> anyhow::Error {
+    let name = path.display();
+    match Sort::of(path, bytes) {
+        Some(sort) if !sort.is_measured() => anyhow::anyhow!("{name} is no {wanted}: it is {sort}"),
+        _ if error.to_string().contains(&*name.to_string()) => error.into(),
+        _ => anyhow::Error::new(error).context(name.to_string()),
+    }
 }

@@ -1,8 +1,7 @@
 //! The program `cairn`: one file per subcommand, and nothing else that could be called mathematics.
 #![expect(
-    clippy::print_stderr,
     clippy::disallowed_methods,
-    reason = "the command line speaks, waits and looks at the clock; the libraries do not"
+    reason = "the command line waits and looks at the clock; the libraries do not"
 )]
 
 mod check;
@@ -27,6 +26,8 @@ mod run;
 mod serve;
 
 use std::process::ExitCode;
+
+use output::{complain, say_raw};
 
 use clap::{
     CommandFactory as _, Parser, Subcommand,
@@ -93,7 +94,7 @@ fn main() -> ExitCode {
     match outcome {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("cairn: {}", said_once(&error));
+            complain!("cairn: {}", said_once(&error));
             ExitCode::from(2)
         }
     }
@@ -105,14 +106,24 @@ fn refused(error: &clap::Error) -> ExitCode {
     let word = match error.get(ContextKind::InvalidSubcommand) {
         Some(ContextValue::String(word)) if error.kind() == ErrorKind::InvalidSubcommand => word,
         _ => {
-            // Help and version come this way too; a reader that is gone needs no message.
-            let _nobody_reads = error.print();
-            return ExitCode::from(u8::from(error.use_stderr()) * 2);
+            if error.use_stderr() {
+                let _nobody_reads = error.print();
+                return ExitCode::from(2);
+            }
+            // Help and version come this way too.
+            let text = error.render();
+            let is_coloured = output::colour_on_stdout();
+            if is_coloured {
+                say_raw!("{}", text.ansi())
+            } else {
+                say_raw!("{text}")
+            }
+            return ExitCode::SUCCESS;
         }
     };
     let meant =
         meant_by(word).map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"));
-    eprintln!("cairn: there is no subcommand `{word}`{meant}\n\n`cairn --help` lists them.");
+    complain!("cairn: there is no subcommand `{word}`{meant}\n\n`cairn --help` lists them.");
     ExitCode::from(2)
 }
 

@@ -20,7 +20,21 @@ macro_rules! say_raw {
     ($($parts:tt)*) => { $crate::output::write_out(format_args!($($parts)*)) };
 }
 
-pub(crate) use {say, say_raw};
+/// Prints a line on standard error; see [`write_err`].
+macro_rules! complain {
+    ($($parts:tt)*) => {
+        $crate::output::write_err(format_args!("{}\n", format_args!($($parts)*)))
+    };
+}
+
+pub(crate) use {complain, say, say_raw};
+
+/// Writes to standard error. When nobody can hear it any more (a closed pipe, a full disk) the work goes on: the exit
+/// code still says how it ended.
+pub(crate) fn write_err(text: std::fmt::Arguments<'_>) {
+    let mut err = std::io::stderr().lock();
+    let _nobody_hears = err.write_fmt(text);
+}
 
 /// Writes to standard output. A reader that has seen enough (`cairn missions | head -1`) ends the
 /// program quietly, as people expect of a pipe; a full disk ends it with a message and code 2.
@@ -31,7 +45,7 @@ pub(crate) fn write_out(text: std::fmt::Arguments<'_>) {
         Ok(()) => {}
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
         Err(error) => {
-            eprintln!("cairn: the output cannot be written: {error}");
+            complain!("cairn: the output cannot be written: {error}");
             std::process::exit(2)
         }
     }
@@ -92,13 +106,19 @@ pub(crate) fn colour_on_stderr() -> bool {
     std::io::stderr().is_terminal() && !refused && !is_dumb()
 }
 
+/// The same of standard output.
+pub(crate) fn colour_on_stdout() -> bool {
+    let refused = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    std::io::stdout().is_terminal() && !refused && !is_dumb()
+}
+
 fn is_dumb() -> bool {
     std::env::var_os("TERM").is_some_and(|value| value == "dumb")
 }
 
 /// Prints one event of a run on standard error, as it happens.
 pub(crate) fn event(item: &LogItem) {
-    eprintln!("{:9.2} s  {:4}  {}", seconds(item), item.level.name(), item.text);
+    complain!("{:9.2} s  {:4}  {}", seconds(item), item.level.name(), item.text);
 }
 
 /// The same for machines.

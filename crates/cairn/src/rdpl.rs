@@ -17,7 +17,7 @@ use serde_json::json;
 
 use crate::{
     given,
-    output::{self, Format, say},
+    output::{self, Format, complain, say},
 };
 
 /// Compiles a decision program (RDPL): problems with line and column, then image and listing; or runs it alone
@@ -89,7 +89,7 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
         Format::Text => {
             for diagnostic in &compilation.diagnostics {
                 let source = compilation.source();
-                eprintln!("{}\n", rendered(diagnostic, source, &path, &renderer));
+                complain!("{}\n", rendered(diagnostic, source, &path, &renderer));
             }
         }
         // A rehearsal prints one object of its own.
@@ -124,7 +124,23 @@ fn read(path: &Path) -> anyhow::Result<Vec<u8>> {
     if given::is_stdin(path) {
         return given::stdin(bytes_max);
     }
-    Ok(files::read(path, "the program", files::Limit::bytes(bytes_max), &mut |_, _| ())?)
+    let limit = files::Limit::bytes(bytes_max);
+    let bytes = files::read(path, "the program", limit, &mut |_, _| ()).map_err(|error| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let is_shipped = !path.exists() && missions::Mission::shipped_file(&name).is_some();
+        let hint = if is_shipped {
+            format!("; a program of that name is shipped: cairn missions {name} > {name}")
+        } else {
+            String::new()
+        };
+        anyhow::anyhow!("{error}{hint}")
+    })?;
+    match files::Sort::of(path, &bytes) {
+        Some(sort) if sort.is_foreign_to_programs() => {
+            bail!("{} is no decision program: it is {sort}", path.display())
+        }
+        _ => Ok(bytes),
+    }
 }
 
 /// Files of other kinds, by their names: what they are, and what was probably meant.

@@ -18,7 +18,7 @@ use virtual_robots::{
 };
 
 use crate::{
-    output::{Format, say},
+    output::{Format, complain, say},
     parse,
     serve::{self, Door, Log, Peer},
 };
@@ -378,7 +378,7 @@ fn load_world(name: &str, seed: RunSeed) -> anyhow::Result<(World, Option<Se2>)>
         let text = files::read(Path::new(name), "the map", files::Limit::TEXT, &mut |_, _| ())?;
         let map = activmedia_map::parse(&String::from_utf8_lossy(&text))
             .with_context(|| format!("{name} is not an ActivMedia 2-D map"))?;
-        map.warnings.iter().for_each(|warning| eprintln!("{name}: {warning}"));
+        map.warnings.iter().for_each(|warning| complain!("{name}: {warning}"));
         let world = World::new(WorldSpec::of_walls(map.to_segment_world()), seed, TICK)?;
         return Ok((world, map.home));
     }

@@ -13,7 +13,7 @@ use missions::{LogItem, Mission, Recorder, Run};
 use run_context::RunSeed;
 use studio::{Options, Recordings, Show};
 
-use crate::output::{self, Format, say};
+use crate::output::{self, Format, complain, say};
 use crate::{
     given,
     interrupt::{self, Interrupt},
@@ -119,7 +119,7 @@ fn headless(
     let begin = |path: &PathBuf| Recorder::create(path, &run, outputs);
     let mut recorder = args.record.as_ref().map(begin).transpose()?;
     for left in recorder.iter().flat_map(Recorder::left_behind) {
-        eprintln!(
+        complain!(
             "cairn: {}, left by a run that was killed, is kept; cairn replay shows it",
             left.display()
         );

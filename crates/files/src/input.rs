@@ -6,8 +6,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use crate::Sort;
+
 /// Bytes read between two words on the progress.
 const PIECE_BYTES: usize = 1 << 22;
+
+/// Bytes of a file that are looked at to know its sort.
+const HEAD_BYTES: u64 = 4096;
 
 /// How large an input may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,7 +77,10 @@ pub enum InputError {
         bytes_max: u64,
     },
     /// It is no text.
-    #[error("cannot read {what} {}: it is no text: byte {byte} is no UTF-8", path.display())]
+    #[error(
+        "cannot read {what} {}: it is no text in UTF-8: byte {byte} is none (line {line}); \
+         if an editor wrote it, save it as UTF-8", path.display()
+    )]
     NotText {
         /// What it should be.
         what: String,
@@ -80,6 +88,18 @@ pub enum InputError {
         path: PathBuf,
         /// The first byte that is none.
         byte: usize,
+        /// Its line, from 1.
+        line: usize,
+    },
+    /// It is something else.
+    #[error("cannot read {what} {}: it is {sort}", path.display())]
+    Another {
+        /// What it should be.
+        what: String,
+        /// The path.
+        path: PathBuf,
+        /// What it is.
+        sort: Sort,
     },
 }
 
@@ -142,14 +162,57 @@ pub fn read(
 ///
 /// # Errors
 ///
-/// [`InputError`], also when it is no UTF-8.
+/// [`InputError`], also when it is no UTF-8; of a file that is of another sort, what it is.
 pub fn read_text(path: &Path, what: &str) -> Result<String, InputError> {
-    let bytes = read(path, what, Limit::TEXT, &mut |_, _| ())?;
-    String::from_utf8(bytes).map_err(|e| InputError::NotText {
-        what: what.to_owned(),
-        path: path.to_owned(),
-        byte: e.utf8_error().valid_up_to(),
-    })
+    match read(path, what, Limit::TEXT, &mut |_, _| ()) {
+        Ok(bytes) => text_of(path, what, bytes),
+        // Too large for a text: what is it?
+        Err(InputError::TooLarge { size: Some(size), what, path, bytes_max }) => {
+            let mut head = Vec::new();
+            let file = File::open(&path);
+            let _unreadable = file.and_then(|file| file.take(HEAD_BYTES).read_to_end(&mut head));
+            Err(match Sort::of(&path, &head) {
+                Some(sort) => InputError::Another { what, path, sort },
+                None => InputError::TooLarge { size: Some(size), what, path, bytes_max },
+            })
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// The text that bytes are, read already; `path` is what errors call them.
+///
+/// # Errors
+///
+/// [`InputError::Another`] and [`InputError::NotText`] when they are no UTF-8, also when every byte happens to be
+/// (UTF-16 of plain letters).
+pub fn text_of(path: &Path, what: &str, bytes: Vec<u8>) -> Result<String, InputError> {
+    let (what, path) = (what.to_owned(), path.to_owned());
+    let is_binary = bytes.iter().take(HEAD_BYTES as usize).any(|&byte| byte == 0);
+    let error = match String::from_utf8(bytes) {
+        Ok(text) if !is_binary => return Ok(text),
+        Ok(text) => {
+            return match Sort::of(&path, text.as_bytes()) {
+                Some(sort @ (Sort::UTF16 | Sort::UTF32)) => {
+                    Err(InputError::Another { what, path, sort })
+                }
+                _ => Ok(text),
+            };
+        }
+        Err(error) => error,
+    };
+    let byte = error.utf8_error().valid_up_to();
+    let bytes = error.into_bytes();
+    match Sort::of(&path, &bytes) {
+        // A text that says what it is has a letter in another encoding.
+        Some(sort) if sort != Sort::MISSION && sort != Sort::SETTINGS => {
+            Err(InputError::Another { what, path, sort })
+        }
+        _ => {
+            let line = 1 + bytes.iter().take(byte).filter(|&&byte| byte == b'\n').count();
+            Err(InputError::NotText { what, path, byte, line })
+        }
+    }
 }
 
 #[cfg(test)]
@@ -172,7 +235,36 @@ mod tests {
         assert!(said.to_string().contains("folder"), "{said}");
         std::fs::write(&path, b"ab\xff").unwrap();
         let said = read_text(&path, "the mission").unwrap_err().to_string();
-        assert!(said.contains("byte 2"), "{said}");
+        assert!(said.contains("byte 2") && said.contains("line 1"), "{said}");
+    }
+
+    #[test]
+    fn another_sort_of_file_is_named() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("mine.toml");
+        let said = |bytes: &[u8]| {
+            std::fs::write(&path, bytes).unwrap();
+            read_text(&path, "the mission").map_err(|error| error.to_string())
+        };
+        for (bytes, word) in [
+            (&b"\xff\xfe[\0m\0"[..], "UTF-16"),
+            (b"[\0m\0i\0s\0", "UTF-16"),
+            (b"\x89MCAP0\r\n\xff", "cairn replay"),
+            (b"\x1f\x8b\x08\x00\xff", "gunzip"),
+            (b"\x89PNG\r\n", "picture"),
+            (b"; b\xfcro\nAND O0,I0\n", "cairn rdpl"),
+            (b"[mission]\nname = \"B\xfcro\"\n", "(line 2)"),
+        ] {
+            let said = said(bytes).unwrap_err();
+            assert!(said.contains(word) && said.contains("mine.toml"), "{said}");
+        }
+        assert_eq!(said(b"a = 1\n").as_deref(), Ok("a = 1\n"));
+        // Larger than any text may be.
+        let large = std::fs::File::create(&path).unwrap();
+        std::io::Write::write_all(&mut &large, b"\x89MCAP0\r\n").unwrap();
+        large.set_len(Limit::TEXT.bytes_max() + 1).unwrap();
+        let said = read_text(&path, "the mission").unwrap_err().to_string();
+        assert!(said.contains("cairn replay"), "{said}");
     }
 
     /// A device has no size that could be refused beforehand.

@@ -35,9 +35,11 @@ mod input;
 mod kind;
 mod output;
 mod refusal;
+mod sort;
 
 pub use batch::{Batch, make_folder};
-pub use input::{InputError, Limit, read, read_text};
+pub use input::{InputError, Limit, read, read_text, text_of};
 pub use kind::Kind;
 pub use output::{Live, Outputs, lock, numbered};
 pub use refusal::Refusal;
+pub use sort::Sort;

@@ -289,7 +289,12 @@ impl Mission {
     ) -> Result<Self, MissionError> {
         let syntax = |e: toml::de::Error| MissionError::Syntax {
             origin: origin.to_owned(),
-            message: settings::clarified(e.to_string().trim_end()),
+            message: match files::Sort::of(Path::new(origin), text.as_bytes()) {
+                Some(sort) if sort != files::Sort::MISSION => {
+                    format!("is no mission: it is {sort}")
+                }
+                _ => settings::told(&e, text),
+            },
         };
         let mut file: MissionFile = toml::from_str(text).map_err(syntax)?;
         if !overrides.is_empty() {

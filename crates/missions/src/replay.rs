@@ -167,7 +167,13 @@ impl Replay {
             problem: contents.explain(problem),
         };
         if !bytes.starts_with(MAGIC) {
-            return Err(wrong("it is not an MCAP file".to_owned()));
+            return Err(match files::Sort::of(path, bytes) {
+                Some(sort) if sort != files::Sort::RECORDING => ReplayError::NotARecording {
+                    path: path.to_owned(),
+                    problem: format!("it is {sort}"),
+                },
+                _ => wrong("it is not an MCAP file".to_owned()),
+            });
         }
         let Some(head) = contents.head.clone() else {
             return Err(wrong(contents.without_head()));

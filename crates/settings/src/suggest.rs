@@ -42,9 +42,60 @@ pub fn clarified(message: &str) -> String {
     message.to_owned()
 }
 
+/// Letters of a line that a message shows at most.
+const SHOWN_LETTERS: usize = 160;
+
+/// What a TOML reader found wrong with `text`, for the person who wrote it: line ends that TOML does not know are named
+/// as such, a name that nearly exists is offered, and a long line is shown up to its 160th letter.
+pub fn told(error: &toml::de::Error, text: &str) -> String {
+    if let Some(line) = lone_return(text) {
+        return format!(
+            "line {line} ends with a carriage return alone (CR), as old Macintosh editors wrote it; TOML's lines end \
+             with LF or CR LF: save it so"
+        );
+    }
+    let said = clarified(error.to_string().trim_end());
+    said.lines().map(shortened).collect::<Vec<String>>().join("\n")
+}
+
+/// The first line, from 1, that ends with a carriage return and no line feed behind it.
+fn lone_return(text: &str) -> Option<usize> {
+    let mut letters = text.bytes().peekable();
+    let mut line = 1;
+    while let Some(letter) = letters.next() {
+        match letter {
+            b'\r' if letters.peek() != Some(&b'\n') => return Some(line),
+            b'\n' => line += 1,
+            _ => {}
+        }
+    }
+    None
+}
+
+/// A line of a message, of at most [`SHOWN_LETTERS`].
+fn shortened(line: &str) -> String {
+    match line.char_indices().nth(SHOWN_LETTERS) {
+        Some((end, _)) => format!("{} …", &line[..end]),
+        None => line.to_owned(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_reader_s_message_fits_on_a_screen_and_names_foreign_line_ends() {
+        let told =
+            |text: &str| super::told(&toml::from_str::<toml::Table>(text).unwrap_err(), text);
+        let said = told("a = 1\r\nb = 2\rc = 3\r");
+        assert!(said.contains("line 2") && said.contains("CR LF"), "{said}");
+        let said = told(&format!("a = [{}\n", "é, ".repeat(50_000)));
+        assert!(said.lines().all(|line| line.chars().count() <= SHOWN_LETTERS + 2), "{said}");
+        assert!(said.contains("line 1, column"), "{said}");
+        let said = told("a = 1\nb = = 2\n");
+        assert!(said.contains("b = = 2") && said.contains("line 2"), "{said}");
+    }
 
     #[test]
     fn slips_are_understood_and_other_words_are_not() {

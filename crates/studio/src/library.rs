@@ -90,9 +90,38 @@ pub(crate) fn read(file: &str, text: &str) -> Result<Mission, String> {
     Ok(mission)
 }
 
+/// Why a file of `bytes` bytes that begins with `head` is no mission that a page may bring.
+pub(crate) fn too_large(file: &str, head: &[u8], bytes: u64, bytes_max: usize) -> String {
+    match files::Sort::of(file.as_ref(), head) {
+        Some(sort) if sort != files::Sort::MISSION => format!("{file} is no mission: it is {sort}"),
+        _ => format!(
+            "{file} has {} kB; a mission that a page brings has at most {}: give it to the program: cairn run {file}",
+            bytes.div_ceil(1024),
+            bytes_max / 1024
+        ),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_no_mission_is_named() {
+        for (file, text, word) in [
+            ("typo.rdpl", "ADN O0,I0\n", "cairn rdpl"),
+            ("mine.toml", "AND O0,I0,1L,1L,1L\n", "cairn rdpl"),
+            ("a.json", "{\"a\": 1}", "JSON"),
+            ("mine.toml", "[mission]\rname = \"x\"\r", "carriage return"),
+        ] {
+            let said = read(file, text).unwrap_err();
+            assert!(said.starts_with(file) && said.contains(word), "{said}");
+        }
+        let said = too_large("out.mcap", b"\x89MCAP0\r\n", 3 << 20, 1 << 18);
+        assert!(said.contains("cairn replay") && !said.contains("kB"), "{said}");
+        let said = too_large("mine.toml", b"[mission]\n", 3 << 20, 1 << 18);
+        assert!(said.contains("3072 kB") && said.contains("256"), "{said}");
+    }
 
     fn own(name: &str, title: &str) -> Mission {
         let text = format!(

@@ -158,6 +158,8 @@ async fn missions(Shared(app): Shared<MissionPage>) -> Json<Vec<MissionName>> {
 #[derive(Deserialize)]
 struct Brought {
     name: String,
+    /// Bytes of a file that is too large; then only its beginning is sent, to be told what it is.
+    bytes: Option<u64>,
 }
 
 /// Reads a mission that a page brings, puts it into the list and begins it.
@@ -178,9 +180,12 @@ async fn bring_mission(
     };
     let library = app.library.clone();
     let read = tokio::task::spawn_blocking(move || {
-        let text = std::str::from_utf8(&body)
-            .map_err(|error| format!("{file}: a mission is text in UTF-8: {error}"))?;
-        let mission = library::read(&file, text.strip_prefix('\u{feff}').unwrap_or(text))?;
+        if let Some(bytes) = brought.bytes {
+            return Err(library::too_large(&file, &body, bytes, MISSION_BYTES_MAX));
+        }
+        let text = files::text_of(file.as_ref(), "the mission", body.into())
+            .map_err(|error| error.to_string())?;
+        let mission = library::read(&file, text.strip_prefix('\u{feff}').unwrap_or(&text))?;
         Ok::<_, String>(library.lock().unwrap_or_else(PoisonError::into_inner).keep(&mission))
     });
     let begun = match read.await {

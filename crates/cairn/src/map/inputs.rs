@@ -46,7 +46,8 @@ impl Inputs {
             ..ReadOptions::default()
         };
         let Loaded { recording, format, complaints } =
-            recordings::read(&log.display().to_string(), &bytes, &options)?;
+            recordings::read(&log.display().to_string(), &bytes, &options)
+                .map_err(|e| crate::input::another(log, &bytes, "robot's log", e))?;
         drop(bytes);
         let takes_second =
             matches!(format, Format::ArtemicText | Format::SonarText | Format::MrptLaser);

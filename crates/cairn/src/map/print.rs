@@ -5,7 +5,7 @@ use std::path::Path;
 use surveys::{Outcome, Written};
 
 use super::inputs::{Inputs, time};
-use crate::output::{self, number, say};
+use crate::output::{self, complain, number, say};
 
 /// Complaints that are printed in full.
 const COMPLAINTS_SHOWN: usize = 5;
@@ -72,10 +72,10 @@ fn lower_first(text: &str) -> String {
 fn complaints(inputs: &Inputs) {
     for (file, complaints) in &inputs.complaints {
         for complaint in complaints.kept().iter().take(COMPLAINTS_SHOWN) {
-            eprintln!("{file}: {complaint}");
+            complain!("{file}: {complaint}");
         }
         if complaints.total() > COMPLAINTS_SHOWN.min(complaints.kept().len()) {
-            eprintln!("{file}: {} complaints in all; the report lists them", complaints.total());
+            complain!("{file}: {} complaints in all; the report lists them", complaints.total());
         }
     }
 }

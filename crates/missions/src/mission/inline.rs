@@ -38,7 +38,8 @@ pub(super) enum Fault {
 pub(super) type Read = (&'static str, String);
 
 impl Shelf<'_> {
-    fn text(&self, name: &str) -> Result<String, MissionError> {
+    /// The text of a file; `what` is what it should be, with its article.
+    fn text(&self, name: &str, what: &str) -> Result<String, MissionError> {
         match self {
             Self::Shipped => {
                 let file = shipped(name)?;
@@ -50,7 +51,7 @@ impl Shelf<'_> {
                 if path.extension().is_some_and(|end| end.eq_ignore_ascii_case("rdpl")) {
                     return read_program(&path, &mut guesses.borrow_mut());
                 }
-                Ok(files::read_text(&path, "the mission")?)
+                Ok(files::read_text(&path, what)?)
             }
         }
     }
@@ -100,19 +101,25 @@ pub(super) fn inline(file: &mut MissionFile, shelf: &Shelf<'_>) -> Result<Vec<Re
         file.world.map = Some(map(&name, shelf)?);
         read.push(("world.map", name));
     }
-    let mut take = |key: &'static str, name: &mut Option<String>, into: &mut Option<String>| {
-        if let Some(name) = name.take() {
-            let refused = |e| unreadable(&format!("{key}_file"), &name, &e);
-            *into = Some(shelf.text(&name).map_err(refused)?);
-            read.push((key, name));
-        }
-        Ok(())
-    };
+    let mut take =
+        |key: &'static str, what: &str, name: &mut Option<String>, into: &mut Option<String>| {
+            if let Some(name) = name.take() {
+                let refused = |e| unreadable(&format!("{key}_file"), &name, &e);
+                *into = Some(shelf.text(&name, what).map_err(refused)?);
+                read.push((key, name));
+            }
+            Ok(())
+        };
     if let Some(pheromones) = &mut file.pheromones {
-        take("pheromones.map", &mut pheromones.map_file, &mut pheromones.map)?;
+        take("pheromones.map", "the pheromone map", &mut pheromones.map_file, &mut pheromones.map)?;
     }
     if let Some(decision) = &mut file.decision {
-        take("decision.program", &mut decision.program_file, &mut decision.program)?;
+        take(
+            "decision.program",
+            "the decision program",
+            &mut decision.program_file,
+            &mut decision.program,
+        )?;
     }
     Ok(read)
 }
@@ -141,7 +148,7 @@ fn map(name: &str, shelf: &Shelf<'_>) -> Result<String, Fault> {
         let allowed = format!("a file that is not packed: unpack it first (gunzip --keep {name})");
         return Err(Fault::Named(Box::new(Wrong::new(KEY, name, allowed))));
     }
-    let text = shelf.text(name).map_err(|e| unreadable(KEY, name, &e))?;
+    let text = shelf.text(name, "the map").map_err(|e| unreadable(KEY, name, &e))?;
     if MapFormat::of(&text) != Some(MapFormat::MapServer) {
         // Of one line it would look like a name.
         return Ok(text + "\n");

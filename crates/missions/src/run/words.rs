@@ -26,7 +26,7 @@ pub(super) fn task(view: &NavigatorView<'_>) -> String {
         Phase::FollowTrail => format!("on the way to {place}: {:.1} m to go", view.way_ahead_m),
         Phase::Arrived => format!("stands at {place}"),
         Phase::Failed(reason) => format!("gave up {place}: {}", failure(reason, view.scouting)),
-        phase => format!("{} on the way to {place}", phase.name()),
+        phase => format!("{}, on the way to {place}", phase.name()),
     }
 }
 

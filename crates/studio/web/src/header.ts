@@ -1,6 +1,7 @@
 // The top of the page: name, mission chooser, what kind of run, verdict, connection, theme, help.
 
 import { h, setText } from "./dom";
+import { plain, prose } from "./prose";
 import { icon, swapIcon } from "./icons";
 import type { Store } from "./state";
 import { currentTheme, onThemeChange, toggleTheme } from "./theme";
@@ -71,8 +72,8 @@ export class Header {
     this.recording.hidden = !mission.recording;
     setText(this.recording, "Recording");
     this.recording.title = `This run is recorded in ${mission.recording}`;
-    setText(this.about, mission.about);
-    this.about.title = mission.about;
+    setText(this.about, plain(mission.about));
+    this.about.title = plain(mission.about);
     this.kind.hidden = mission.kind !== "replay";
     document.title = `${mission.title} – Cairn studio`;
   }
@@ -86,7 +87,7 @@ export class Header {
     if (mission.recording) facts.push(["Recorded in", mission.recording]);
     this.sheet.replaceChildren(
       h("div", { class: "sheet-head" }, h("h2", { id: "mission-title" }, mission.title), close),
-      h("div", { class: "mission-about" }, h("p", {}, mission.about || "Its file says nothing about it."), h("dl", {}, ...facts.flatMap(([what, told]) => [h("dt", {}, what), h("dd", {}, told)]))),
+      h("div", { class: "mission-about" }, h("p", {}, ...prose(mission.about || "Its file says nothing about it.")), mission.about.includes("--set") ? h("p", { class: "about-note" }, "Words with ", h("code", {}, "--set"), " belong to the command line: ", h("code", {}, `cairn run ${mission.name} --set …`)) : null, h("dl", {}, ...facts.flatMap(([what, told]) => [h("dt", {}, what), h("dd", {}, told)]))),
     );
     this.sheet.showModal();
   }

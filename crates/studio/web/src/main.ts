@@ -64,7 +64,7 @@ const map: MapView = new MapView(view, store, {
 const drive: Drive = new Drive(store, send);
 const downloads = downloadMenu(store, { map: () => map.canvas, plots: () => plots.pictures(), say: (text) => toasts.say(text) });
 const chrome: MapChrome = new MapChrome(view, map, store, { press: (device) => send({ type: "press", device }), stop: () => stopRobot(), downloads });
-mapSection.append(chrome.bar, view, drive.element);
+mapSection.append(chrome.bar, view, chrome.foot, drive.element);
 
 const controls = new Controls(byId("transport"), store, send);
 const verdict = new VerdictBanner(view, store, () => controls.restartRun());

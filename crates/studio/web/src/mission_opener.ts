@@ -3,6 +3,7 @@
 import { h } from "./dom";
 
 const BYTES_MAX = 256 * 1024;
+const HEAD_BYTES = 4096;
 
 export class MissionOpener {
   private readonly input = h("input", { type: "file", accept: ".toml,text/plain", hidden: true, "aria-hidden": "true", id: "mission-file" });
@@ -31,9 +32,11 @@ export class MissionOpener {
   }
 
   private async bring(file: File): Promise<void> {
-    if (file.size > BYTES_MAX) return this.say(`${file.name} is no mission: it has more than ${BYTES_MAX / 1024} kB.`);
+    // Of a file that is too large the beginning tells the program what it is.
+    const isLarge = file.size > BYTES_MAX;
+    const query = `name=${encodeURIComponent(file.name)}${isLarge ? `&bytes=${file.size}` : ""}`;
     try {
-      const answer = await fetch(`/api/mission?name=${encodeURIComponent(file.name)}`, { method: "POST", body: await file.arrayBuffer() });
+      const answer = await fetch(`/api/mission?${query}`, { method: "POST", body: await file.slice(0, isLarge ? HEAD_BYTES : BYTES_MAX).arrayBuffer() });
       if (!answer.ok) this.refuse(file.name, await answer.text());
     } catch {
       this.say("No connection to the program: the mission was not opened.");

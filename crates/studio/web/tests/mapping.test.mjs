@@ -214,7 +214,7 @@ mappingTest("a sample of sonars shows its candidates with their verdict", async 
   assert.ok(applied > 0, "some corrections are made");
   for (let i = 0; i < 50 && !(await page.locator(".verdict-line.applied").isVisible()); i += 1) await page.getByRole("button", { name: "Comparison before" }).click();
   assert.equal(await page.locator(".heat-cell.best").count(), 1);
-  await page.getByRole("rowheader", { name: "chosen" }).waitFor();
+  await page.getByRole("rowheader", { name: "best", exact: true }).waitFor();
 });
 
 for (const [width, height] of [[1440, 900], [900, 700], [820, 1180]]) {

@@ -115,6 +115,33 @@ pageTest("what the robot makes of its goal stands at the foot of the map, and it
   }
 });
 
+pageTest("nothing that is said lies over the map: hint, task, place and devices stand beside it at every width", async ({ page }) => {
+  for (const [width, height] of [[1280, 800], [1920, 1080], [820, 1180]]) {
+    await page.setViewportSize({ width, height });
+    await page.keyboard.press("g");
+    await page.mouse.move(...(await pageOf(page, [1.5, -0.5])));
+    const view = await page.locator("#map-canvas").boundingBox();
+    for (const name of [".hint", ".readout.task", ".readout.at", ".view-tools", ".map-foot .scale"]) {
+      const box = await page.locator(name).boundingBox();
+      assert.ok(box.width > 0 && box.y >= view.y + view.height - 0.5, `${name} at ${width}: ${JSON.stringify([box, view])}`);
+    }
+    const map = await page.locator("#map").boundingBox();
+    for (const device of await page.locator(".devices > *").all()) {
+      const box = await device.boundingBox();
+      assert.ok(box.x >= map.x && box.x + box.width <= map.x + map.width && box.y + box.height <= view.y, `a device at ${width}: ${JSON.stringify(box)}`);
+    }
+    await page.keyboard.press("Escape");
+  }
+});
+
+pageTest("the place under a resting pointer follows the picture", async ({ page }) => {
+  await page.mouse.move(...(await pageOf(page, [1.5, -0.5])));
+  const told = page.locator(".readout.at");
+  await told.getByText("1.50, −0.50 m").waitFor();
+  await page.setViewportSize({ width: 1000, height: 700 });
+  await eventually("another place", async () => (await told.textContent()) !== "1.50, −0.50 m");
+});
+
 pageTest("dragging pans, the wheel zooms at the pointer, F fits again", async ({ page, sent }) => {
   const start = await pageOf(page, [0, 0]);
   await page.mouse.move(...start);

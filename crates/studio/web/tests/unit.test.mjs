@@ -220,3 +220,50 @@ test("a robot's task is told before its phase, its failure with the goal, and a 
   assert.equal(taskWords({ phase: "idle", task: "", failure: "the link was lost" }), "gives up: the link was lost");
   assert.equal(taskWords({ phase: "driven by hand", task: `on the way to ${goal}: 8.3 m to go`, failure: null }), "driven by hand");
 });
+
+test("an axis has three to six round marks, whatever its range", async () => {
+  const { ticks } = await load("src/ticks.ts");
+  assert.deepEqual(ticks(-150, 357), [-100, 0, 100, 200, 300]);
+  assert.deepEqual(ticks(0, 1.02), [0, 0.5, 1]);
+  assert.deepEqual(ticks(-520, 60), [-500, -250, 0]);
+  assert.deepEqual(ticks(0, 0.3), [0, 0.1, 0.2, 0.3]);
+  assert.ok(Object.is(ticks(-1, 1)[1], 0));
+  for (let i = 0; i < 4000; i += 1) {
+    const low = -((i * 7919) % 1000) * 10 ** ((i % 7) - 4);
+    const high = low + (1 + ((i * 104729) % 9973)) * 10 ** ((i % 9) - 5);
+    const marks = ticks(low, high);
+    assert.ok(marks.length >= 3 && marks.length <= 6, `${low} ${high}: ${marks}`);
+    assert.ok(marks.every((mark) => mark >= low - 1e-6 * (high - low) && mark <= high + 1e-6 * (high - low)), `${low} ${high}: ${marks}`);
+  }
+  assert.deepEqual(ticks(2, 2), [2]);
+  assert.deepEqual(ticks(0, Infinity), [0]);
+});
+
+test("marks of plain text in a mission's own words are shown as what they mean", async () => {
+  const { pieces, plain } = await load("src/prose.ts");
+  const about = "Try *Send to a goal* anywhere, or --set robots.navigator.preview_m=0: antennas alone. `cairn run`, 2 * 3 * 4.";
+  assert.deepEqual(pieces(about).filter(({ kind }) => kind !== "text"), [
+    { kind: "emphasis", text: "Send to a goal" }, { kind: "code", text: "--set robots.navigator.preview_m=0" }, { kind: "code", text: "cairn run" },
+  ]);
+  assert.equal(plain(about), "Try Send to a goal anywhere, or --set robots.navigator.preview_m=0: antennas alone. cairn run, 2 * 3 * 4.");
+  assert.equal(plain(""), "");
+});
+
+test("only another place than the goal is a detour", async () => {
+  const { isDetour } = await load("src/map/robots.ts");
+  assert.ok(!isDetour([1, 2], [1, 2, 0.3]) && !isDetour([1.001, 2], [1, 2, 0]));
+  assert.ok(isDetour([1.1, 2], [1, 2, 0]) && isDetour([1, 2], null));
+});
+
+test("a bare floor is told of one's own mission until something happens, never of a crowd", async () => {
+  const { isBare, hasBegun } = await load("src/map/chrome.ts");
+  const hello = (more) => ({ mission: { name: "mine" }, missions: [{ name: "swarm" }, { name: "mine", own: true }], world: { walls: [], points: [], things: [] }, robots: [{}], crowd: null, pheromones: null, ...more });
+  assert.ok(isBare(hello({})));
+  assert.ok(!isBare(hello({ crowd: {} })) && !isBare(hello({ mission: { name: "swarm" } })));
+  assert.ok(isBare(hello({ mission: { name: "swarm" }, robots: [] })), "without a robot the floor needs a word");
+  assert.ok(!isBare(hello({ world: { walls: [[0, 0, 1, 1, ""]], points: [], things: [] } })));
+  const still = { goal: null, phase: "idle", wheels_mps: [0, 0] };
+  const state = (robot, things = []) => ({ robots: [{ ...still, ...robot }], things });
+  assert.ok(!hasBegun(null) && !hasBegun(state({})));
+  for (const begun of [state({ goal: [0, 0, 0] }), state({ phase: "driven by hand" }), state({ wheels_mps: [0.1, 0] }), state({}, [{}])]) assert.ok(hasBegun(begun));
+});

@@ -40,7 +40,12 @@ impl SurveyConfig {
     pub fn parse(origin: &str, text: &str, overrides: &[String]) -> Result<Self, ConfigError> {
         let mut table: toml::Table = toml::from_str(text).map_err(|e| ConfigError::Syntax {
             origin: origin.to_owned(),
-            message: e.to_string().trim_end().to_owned(),
+            message: match files::Sort::of(std::path::Path::new(origin), text.as_bytes()) {
+                Some(sort) if sort != files::Sort::SETTINGS => {
+                    format!("are no settings: it is {sort}")
+                }
+                _ => settings::told(&e, text),
+            },
         })?;
         overrides.iter().try_for_each(|given| settings::apply(&mut table, given))?;
         let values = values(&table).map_err(|wrong| {

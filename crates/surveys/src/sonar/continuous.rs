@@ -209,7 +209,9 @@ pub(super) fn told(
     let verdict = match registered.outcome {
         Outcome::ByGridsAndWalls => format!("moved {moved}: maps and walls agree"),
         Outcome::ByGrids => format!("moved {moved}: the maps fit"),
-        Outcome::ByWalls => format!("moved {moved}: walls were recognised"),
+        Outcome::ByWalls => format!(
+            "moved {moved}: walls were recognised (the maps alone had no distinct best, and did not count)"
+        ),
         Outcome::NothingRecognised => "new ground: nothing was corrected".to_owned(),
         Outcome::NotDistinct => "no distinct best: nothing was corrected".to_owned(),
         Outcome::SwitchedOff => "corrections are switched off".to_owned(),

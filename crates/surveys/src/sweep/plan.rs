@@ -167,8 +167,12 @@ impl SweepPlan {
     /// [`PlanError`] for text that is not TOML, an unknown key, a range without an end, no goal or two.
     pub fn parse(origin: &str, text: &str) -> Result<Self, PlanError> {
         let wrong = |problem: String| PlanError { origin: origin.to_owned(), problem };
-        let file: PlanFile =
-            toml::from_str(text).map_err(|e| wrong(e.to_string().trim_end().to_owned()))?;
+        let file: PlanFile = toml::from_str(text).map_err(|e| {
+            wrong(match files::Sort::of(std::path::Path::new(origin), text.as_bytes()) {
+                Some(sort) => format!("is no plan: it is {sort}"),
+                None => settings::told(&e, text),
+            })
+        })?;
         let goal = match (file.minimise, file.maximise) {
             (Some(figure), None) => Goal::Minimise(figure),
             (None, Some(figure)) => Goal::Maximise(figure),

@@ -3,7 +3,7 @@
 import { h, setText } from "../dom";
 import { coordinate, taskWords } from "../format";
 import { icon, type IconName } from "../icons";
-import type { CrowdRobot, Device } from "../protocol";
+import type { CrowdRobot, Device, Hello, State } from "../protocol";
 import type { Store } from "../state";
 import { scaleBar } from "./camera";
 import { countCrowd } from "./crowd";
@@ -30,6 +30,8 @@ const SCALE_BAR_MAX_PX = 110;
 
 export class MapChrome {
   readonly bar = h("div", { class: "map-bar", role: "toolbar", "aria-label": "Map tools and devices" });
+  /** Below the map, not over it: scale, what the robot does, what the tool does, where the pointer is, the view. */
+  readonly foot = h("div", { class: "map-foot" });
   private readonly toolButtons = new Map<ToolName, HTMLButtonElement>();
   private readonly stop = h("button", { class: "button square stop", type: "button", "aria-label": "Stop the robot", title: "Stop the robot (S)" }, icon("stop"));
   private readonly devices = h("div", { class: "devices", role: "group", "aria-label": "Devices" });
@@ -40,6 +42,8 @@ export class MapChrome {
   private readonly layers: HTMLElement;
   private readonly downloadsButton: HTMLButtonElement;
   private readonly emptyWorld = h("div", { class: "empty-world", hidden: true }, h("strong", {}, "An empty world"), h("span", {}));
+  /** Something has happened in this run: the notice has been read, or is in the way. */
+  private isTouched = false;
   private readonly scale = h("div", { class: "bar" });
   private readonly scaleLabel = h("span");
   private readonly at = h("span", { class: "readout at", hidden: true });
@@ -78,15 +82,16 @@ export class MapChrome {
     this.downloadsButton.setAttribute("aria-expanded", "false");
     this.downloadsButton.setAttribute("aria-controls", "downloads-menu");
     this.legend.append(h("span", {}, "Pheromone intensity"), h("div", { class: "ramp" }), h("div", { class: "ends" }, h("span", {}, "0"), this.legendPeak));
-    view.append(
-      h("div", { class: "readouts" }, h("div", { class: "readout" }, h("div", { class: "scale" }, this.scaleLabel, this.scale), this.legend, this.crowd), this.task, this.phase, this.emptyWorld, this.at),
-      h("div", { class: "float view-tools", role: "toolbar", "aria-label": "View" },
+    this.foot.append(
+      h("div", { class: "readout" }, h("div", { class: "scale" }, this.at, this.scaleLabel, this.scale), this.legend, this.crowd),
+      h("div", { class: "said" }, this.task, this.phase, this.hint),
+      h("div", { class: "view-tools", role: "toolbar", "aria-label": "View" },
         this.viewButton("minus", "Zoom out (−)", () => map.zoom(1 / 1.3)),
         this.viewButton("plus", "Zoom in (+)", () => map.zoom(1.3)),
         this.viewButton("fit", "Fit the house (F)", () => map.fit()),
         this.followButton, this.layersButton, this.downloadsButton),
-      this.layers, this.actions.downloads, this.hint,
     );
+    view.append(this.emptyWorld, this.layers, this.actions.downloads);
     this.actions.downloads.addEventListener("click", (event) => {
       if (event.target instanceof Element && event.target.closest("button")) this.toggleDownloads();
     });
@@ -97,6 +102,7 @@ export class MapChrome {
       if (!inDownloads && !this.actions.downloads.hidden) this.toggleDownloads();
     });
     store.on("hello", () => this.onHello());
+    store.on("reset", () => (this.isTouched = false));
     store.on("state", () => this.onState());
     store.on("connection", () => this.onState());
   }
@@ -160,15 +166,15 @@ export class MapChrome {
     }
     this.refreshLegend();
     this.refreshReadout();
-    this.refreshEmptyWorld();
     this.onState();
   }
 
-  /** A bare floor is either what the mission wants or a mistake in its file: say what it is. */
+  /** A bare floor is either what the mission wants or a mistake in its file: say what it is, until something happens. */
   private refreshEmptyWorld(): void {
-    const hello = this.store.hello;
-    const { walls, points, things } = hello?.world ?? { walls: [], points: [], things: [] };
-    this.emptyWorld.hidden = !hello || Boolean(hello.pheromones) || walls.length + points.length + things.length > 0;
+    const { hello, state } = this.store;
+    this.isTouched ||= hasBegun(state);
+    this.emptyWorld.hidden = !hello || this.isTouched || !isBare(hello);
+    if (this.emptyWorld.hidden) return;
     const noRobot = (hello?.robots.length ?? 0) === 0;
     const words = this.emptyWorld.lastElementChild;
     if (words) setText(words, noRobot ? "This mission has no walls, no furniture and no robot: only its devices and its program run." : "This mission has no walls and no furniture. Put boxes down, or send the robot somewhere.");
@@ -203,12 +209,15 @@ export class MapChrome {
   private onState(): void {
     const { state, hello, canIntervene } = this.store;
     this.refreshCrowd();
+    this.refreshEmptyWorld();
     // What a robot makes of an order shows at once, wherever the reader's panels are.
     const robot = state?.robots[0];
     const name = hello?.robots.find(({ id }) => id === robot?.id)?.name ?? "";
     this.task.hidden = !robot;
     this.task.classList.toggle("bad", Boolean(robot?.failure));
-    setText(this.task, robot ? `${name}: ${taskWords(robot)}` : "");
+    const words = robot ? `${name}: ${taskWords(robot)}` : "";
+    setText(this.task, words);
+    if (this.task.title !== words) this.task.title = words;
     setText(this.phase, robot ? `${name}: ${robot.failure ? `gives up: ${robot.failure}` : robot.phase}` : "");
     for (const device of hello?.world.devices ?? []) {
       const element = this.deviceElements.get(device.name);
@@ -232,6 +241,19 @@ export class MapChrome {
   private viewButton(name: IconName, title: string, act: () => void): HTMLButtonElement {
     return h("button", { class: "button square", type: "button", "aria-label": title.replace(/ \(.*\)$/, ""), title, onclick: act }, icon(name));
   }
+}
+
+/** Whether a mission has nothing to look at. Of a shipped one that is meant, unless it has no robot either. */
+export function isBare({ mission, missions, world, robots, crowd, pheromones }: Hello): boolean {
+  const isShipped = missions.some(({ name, own }) => name === mission.name && !own);
+  const nothing = world.walls.length + world.points.length + world.things.length === 0 && !pheromones;
+  return nothing && !crowd && (robots.length === 0 || !isShipped);
+}
+
+/** Whether anything has been done: a robot was sent or driven, or something was put down. */
+export function hasBegun(state: State | null): boolean {
+  if (!state) return false;
+  return state.things.length > 0 || state.robots.some(({ goal, phase, wheels_mps }) => goal !== null || phase !== "idle" || wheels_mps.some((speed) => speed !== 0));
 }
 
 function pressLabel(device: Device): string {

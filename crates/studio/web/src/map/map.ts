@@ -19,7 +19,7 @@ import { drawScene, drawThing } from "./scene";
 import { Tools, type ToolName } from "./tools";
 
 /** Room for what floats at the map's edges when fitting. */
-const FIT_MARGINS_PX = { x: 20, top: 22, bottom: 64 };
+const FIT_MARGINS_PX = { x: 20, top: 22, bottom: 22 };
 
 export interface MapEvents {
   send(message: ClientMessage): boolean;
@@ -133,6 +133,7 @@ export class MapView {
 
   private cameraMoved(): void {
     this.isFitted = false;
+    this.tools.cameraMoved();
     this.sceneChanged();
     this.events.viewChanged();
   }
@@ -163,6 +164,7 @@ export class MapView {
       canvas.height = Math.round(box.height * density);
     }
     if (this.isFitted) this.fit();
+    this.tools.cameraMoved();
     this.sceneChanged();
     this.draw(performance.now());
     this.events.viewChanged();
@@ -183,6 +185,7 @@ export class MapView {
     if (this.follow && robots[0]) {
       this.camera.centre_m = [robots[0].truth[0], robots[0].truth[1]];
       this.isStillStale = true;
+      this.tools.cameraMoved();
       this.events.viewChanged();
     }
     if (this.isStillStale) this.drawStill();

@@ -1,6 +1,6 @@
 // What moves with a robot: body, belief, sonar cones, bubble, antennas, goal, preview, driven path.
 
-import type { Hello, Pose, RobotInfo, RobotState } from "../protocol";
+import type { Hello, Point, Pose, RobotInfo, RobotState } from "../protocol";
 import type { Trail } from "../trail";
 import type { Layers } from "./layers";
 import { compose, label, type Pen, traceArc, traceCircle, tracePolygon, traceSector } from "./pen";
@@ -19,6 +19,8 @@ const TRAIL_FADE_S = 60;
 const TRAIL_ALPHA_MIN = 0.28;
 const GOAL_TOLERANCE_M = 0.3;
 const ARROW_M = 0.55;
+/** Millimetres of a link and the rounding of both make no other place. */
+const SAME_PLACE_M = 0.02;
 
 export function drawTrail({ context, camera, palette }: Pen, trail: Trail, now_s: number, head: Pose): void {
   context.strokeStyle = palette.colour.trail;
@@ -113,7 +115,7 @@ export function drawIntentions(pen: Pen, robot: RobotNow, layers: Layers): void 
     }
   }
   if (state.goal) drawGoal(pen, state.goal, state.goal_tolerance_m ?? GOAL_TOLERANCE_M, 1);
-  if (state.target) {
+  if (state.target && isDetour(state.target, state.goal)) {
     const [x, y] = camera.toScreen(state.target[0], state.target[1]);
     const [from_x, from_y] = camera.toScreen(robot.truth[0], robot.truth[1]);
     context.strokeStyle = palette.colour.target;
@@ -134,6 +136,11 @@ export function drawIntentions(pen: Pen, robot: RobotNow, layers: Layers): void 
     // Close to the robot the word would only hide it.
     if (Math.hypot(x - from_x, y - from_y) > 60) label(pen, "detour", [x, y - 15], { colour: palette.colour.target, size_px: 11, weight: 600 });
   }
+}
+
+/** The avoider drives to the goal itself as long as nothing is in the way; any other target is a detour. */
+export function isDetour(target: Point, goal: Pose | null): boolean {
+  return goal === null || Math.hypot(target[0] - goal[0], target[1] - goal[1]) > SAME_PLACE_M;
 }
 
 /** A flag with heading inside the circle that counts as arrived. */

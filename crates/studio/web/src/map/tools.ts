@@ -29,6 +29,7 @@ export class Tools {
   isKeyboard = false;
   hoveredDevice: string | null = null;
   private goal: Pose | null = null;
+  private pointer_px: Point | null = null;
 
   constructor(
     private readonly store: Store,
@@ -46,8 +47,14 @@ export class Tools {
     this.events.changed();
   }
 
+  /** Under a pointer that rests there is another place when the picture moves. */
+  cameraMoved(): void {
+    if (!this.isKeyboard && this.pointer_px) this.cursor_m = this.camera.toWorld(...this.pointer_px);
+  }
+
   hover(at_px: Point | null): void {
     this.isKeyboard = false;
+    this.pointer_px = at_px;
     this.cursor_m = at_px ? this.camera.toWorld(...at_px) : null;
     const devices = this.store.hello?.world.devices ?? [];
     const device = at_px && this.tool === "select" ? deviceAt(this.camera, devices, at_px) : null;

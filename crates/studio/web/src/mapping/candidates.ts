@@ -88,7 +88,7 @@ export class CandidatesPanel {
     this.verdict.replaceChildren(h("b", {}, now.applied ? "Applied" : "Not applied"), ` ${now.verdict}`);
     setText(this.score, "Score");
     this.score.title = now.score;
-    this.heat.replaceChildren(...heatMaps(now), h("p", { class: "heat-note" }, now.score ? `Score: ${now.score}. The better, the stronger the colour; the ring marks the chosen pose.` : "The ring marks the chosen pose."));
+    this.heat.replaceChildren(...heatMaps(now), h("p", { class: "heat-note" }, `${now.score ? `Score: ${now.score}. The better, the stronger the colour; the ring marks the best of the poses tried.` : "The ring marks the best of the poses tried."}${now.applied ? " By how much the robot is moved is weighed from it, dead reckoning and walls." : ""}`));
     this.list.replaceChildren(...ranked(now).slice(0, N_LISTED).map(([index, candidate, rank]) => listRow(candidate, rank, index === now.best)));
   }
 }
@@ -105,7 +105,7 @@ export function ranked({ candidates, best }: Registration): [index: number, cand
 function listRow([x_m, y_m, yaw_rad, score]: Candidate, rank: number, isBest: boolean): HTMLElement {
   const cm = (value_m: number): string => `${signed(value_m * 100, 1)} cm`;
   return h("tr", isBest ? { class: "best" } : {},
-    h("th", { scope: "row" }, isBest ? "chosen" : String(rank)),
+    h("th", { scope: "row" }, isBest ? "best" : String(rank)),
     h("td", { class: "number" }, cm(x_m)), h("td", { class: "number" }, cm(y_m)),
     h("td", { class: "number" }, `${signed((yaw_rad * 180) / Math.PI, 1)}°`),
     h("td", { class: "number" }, score === null ? "too little overlap" : String(Number(score.toPrecision(4)))));

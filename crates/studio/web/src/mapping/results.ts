@@ -14,6 +14,9 @@ const GROUPS: Record<string, string> = {
   "": "Run", map: "Map", graph: "Graph",
 };
 
+/** Lengths and angles have figures of the same names: what is measured stands beside the name. */
+const SHOWN_UNITS = new Map([["m", "(length)"], ["°", "(angle)"], ["rad", "(angle)"]]);
+
 export class ResultsPanel {
   readonly element = h("div", { class: "results" });
   private readonly empty = emptyState("The figures come at the end", "When all scans are in: errors where the truth is known, entropy, closures, time. To the end goes as fast as possible.");
@@ -75,7 +78,7 @@ function rows(runs: readonly RunState[]): HTMLElement[] {
   return names.flatMap((name) => {
     const here = groupOf(name);
     const { stem, unit } = unitOf(name.slice(name.lastIndexOf(".") + 1));
-    const row = h("tr", { "data-figure": name }, h("th", { scope: "row", title: name }, stem), ...values.map((map) => h("td", { class: "number" }, figureText(map.get(name) ?? null, unit))));
+    const row = h("tr", { "data-figure": name }, h("th", { scope: "row", title: name }, stem, SHOWN_UNITS.has(unit) ? h("small", { class: "unit" }, ` ${SHOWN_UNITS.get(unit)}`) : null), ...values.map((map) => h("td", { class: "number" }, figureText(map.get(name) ?? null, unit))));
     if (here === group) return [row];
     group = here;
     return [h("tr", { class: "group-head" }, h("th", { colspan: 1 + runs.length, scope: "colgroup" }, GROUPS[here] ?? here)), row];

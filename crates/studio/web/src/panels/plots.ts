@@ -6,6 +6,7 @@ import { h } from "../dom";
 import { remember, remembered } from "../prefs";
 import type { Quantity } from "../series";
 import type { Store } from "../state";
+import { ticks } from "../ticks";
 import { onThemeChange, token } from "../theme";
 
 interface PlotSpec {
@@ -154,7 +155,7 @@ function options(spec: PlotSpec, width: number, height: number): uPlot.Options {
     },
     axes: [
       { ...axis, size: 22, space: 50, values: (_plot, values) => values.map((value) => String(value)) },
-      { ...axis, size: 38, space: 26 },
+      { ...axis, size: 38, space: 10, splits: (_plot, _axis, min, max) => ticks(min, max), values: (_plot, values) => values.map((value) => String(value)) },
     ],
     series: [
       {},
