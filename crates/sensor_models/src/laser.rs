@@ -22,7 +22,7 @@ use std::{f64::consts::TAU, time::Duration};
 
 use geometry::{Ray, RayCaster, Se2, Vec2};
 use rand_core::Rng as _;
-use run_context::RandomStream;
+use run_context::{RandomStream, StateHash};
 
 pub use self::{
     scan::{BeamSight, PlanarScan, ScanBeam},
@@ -397,6 +397,10 @@ pub(crate) struct BeamLuck(u64);
 impl Luck {
     pub(crate) fn draw(rng: &mut RandomStream) -> Self {
         Self(rng.next_u64())
+    }
+
+    pub(crate) fn absorb(self, hash: &mut StateHash) {
+        hash.absorb_u64(self.0);
     }
 
     pub(crate) fn of(self, index: usize) -> BeamLuck {

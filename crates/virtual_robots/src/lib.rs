@@ -7,6 +7,9 @@
 //! - [`PioneerFirmware`]: the robot's side of [`wire::arcos`];
 //! - [`CreateFirmware`]: the robot's side of [`wire::create_oi`].
 //!
+//! Scanning lasers are boards of their own on the same body, built by [`laser_board`]: [`SickLmsFirmware`],
+//! [`RplidarFirmware`], [`Ld06Firmware`].
+//!
 //! [`ServedWorld`] is a caller for clients outside: boards in a world of their own.
 //!
 //! Nothing here reads a clock or opens a socket.
@@ -14,6 +17,7 @@
 mod board;
 mod bumpers;
 mod create;
+mod laser;
 mod pioneer;
 mod registry;
 mod served;
@@ -23,6 +27,9 @@ pub use board::{
     SimRequest,
 };
 pub use create::CreateFirmware;
+pub use laser::{
+    LaserConfig, Ld06Firmware, RplidarFirmware, SickLmsFirmware, laser_baud, laser_board,
+};
 pub use pioneer::{FirmwareCounters, MotorFeedback, PioneerConfig, PioneerFirmware};
 pub use registry::{NoBoard, board, has_board};
 pub use served::{Exchange, ServedBoard, ServedEvent, ServedWorld};

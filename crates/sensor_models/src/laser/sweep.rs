@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use geometry::{Ray, RayCaster, Se2, Vec2, wrap_to_pi};
-use run_context::{RandomStream, Stamp};
+use run_context::{RandomStream, Stamp, StateHash};
 
 use super::{LaserEcho, LaserModel, Luck};
 use crate::material::Material;
@@ -113,6 +113,14 @@ impl Sweep {
     /// Stops the head; the scan under way is lost.
     pub fn stop(&mut self) {
         self.began = None;
+    }
+
+    /// Absorbs where the head stands, what decides its next errors included.
+    pub fn absorb_state(&self, hash: &mut StateHash) {
+        hash.absorb_u64(self.began.map_or(u64::MAX, Stamp::as_nanos));
+        hash.absorb_u64(self.next as u64);
+        hash.absorb_u64(self.beams.len() as u64);
+        self.luck.absorb(hash);
     }
 
     /// Fires the beams that are due by `now` into `scene`, whose tags are indices into `materials`, and gives

@@ -59,11 +59,14 @@ pub enum Reading {
 }
 
 impl RangeField {
+    /// 13 bits, as delivered.
+    pub const BITS_13: Self = Self { mask: 0x1FFF };
+
     /// The ranges of a measuring mode of the configuration: 13 bits in modes 0 to 2, 14 in 3 and 4, 15 in 5
     /// and 6. `None` for modes without ranges.
     pub fn of_mode(measuring_mode: u8) -> Option<Self> {
         match measuring_mode {
-            0..=2 => Some(Self { mask: 0x1FFF }),
+            0..=2 => Some(Self::BITS_13),
             3 | 4 => Some(Self { mask: 0x3FFF }),
             5 | 6 => Some(Self { mask: 0x7FFF }),
             _ => None,
