@@ -58,7 +58,7 @@ pub(crate) fn model(text: &str) -> Result<String, String> {
 }
 
 /// `a, b and c`.
-fn listed(names: &[String], before_last: &str) -> String {
+pub(crate) fn listed(names: &[String], before_last: &str) -> String {
     match names {
         [] => String::new(),
         [one] => one.clone(),

@@ -177,7 +177,7 @@ impl Peer for Node {
         0
     }
 
-    fn patience(&self) -> Option<Duration> {
+    fn patience(&self, _line: usize) -> Option<Duration> {
         // A robot that stands asks nothing for as long as it likes.
         None
     }

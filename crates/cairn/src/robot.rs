@@ -1,5 +1,6 @@
 //! `cairn robot`: simulated robots for anybody's clients.
 
+mod lasers;
 mod places;
 
 use std::{
@@ -37,6 +38,7 @@ const N_MESSAGES_MAX: u32 = 10;
 #[command(after_help = "Examples:\n  cairn robot pioneer3dx --world office.map\n  \
     cairn robot peoplebot --world doorbell --start -2.6,-3.1,90 --listen 127.0.0.1:8102\n  \
     cairn robot pioneer3dx --world doorbell --robots 3\n  \
+    cairn robot pioneer3dx --world doorbell --laser sick\n  \
     cairn robot create2 --world one-obstacle --pty\n\n\
     Programs written for the robot connect to the port, or to the serial line, as to the robot itself.")]
 pub(crate) struct Args {
@@ -80,6 +82,8 @@ pub(crate) struct Args {
     /// Where a robot stands that charges, and which way it looks; may be given several times
     #[arg(long = "dock", value_name = "X,Y,DEG", allow_hyphen_values = true)]
     docks: Vec<String>,
+    #[command(flatten)]
+    laser: lasers::LaserArgs,
     /// Charge of the battery, percent; below 20 it is low, at 0 the motors are off
     #[arg(long, value_name = "PERCENT", default_value_t = 100.0, value_parser = parse::percent)]
     battery: f64,
@@ -107,9 +111,14 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
         n => (1..=n).map(|number| format!("{}-{number}", args.model)).collect(),
     };
     let mut robots = Robots::new(args, &model, &names)?;
-    let doors = doors(args, &model)?;
-    for (robot, door) in robots.served.boards().iter().zip(&doors) {
-        tell_door(args, &model, robots.name_of(robot), robot.start(), &door.name());
+    let mut doors = doors(args, &model)?;
+    doors.extend(args.laser.doors(args)?);
+    for ((board, line), door) in robots.served.boards().iter().zip(&robots.lines).zip(&doors) {
+        if line.is_laser {
+            args.laser.tell(args, robots.name_of(board), &door.name());
+        } else {
+            tell_door(args, &model, robots.name_of(board), board.start(), &door.name());
+        }
     }
     serve::forever(doors, &mut robots, TICK, Log::new(args.format))?;
     Ok(ExitCode::SUCCESS)
@@ -183,6 +192,8 @@ struct Robots {
 #[derive(Default)]
 struct RobotLine {
     name: String,
+    /// Whether it is of a laser, and not of what drives.
+    is_laser: bool,
     /// The robot's way and packets when its last client left.
     travelled_m: f64,
     n_packets: u64,
@@ -220,11 +231,13 @@ impl Robots {
         }
         let watchdog = model.line.as_ref().and_then(|line| line.watchdog);
         let line = |name: &String| RobotLine { name: name.clone(), ..RobotLine::default() };
+        let mut lines: Vec<RobotLine> = names.iter().map(line).collect();
+        args.laser.admit(&mut served, &mut lines, seed)?;
         Ok(Self {
             served,
-            lines: names.iter().map(line).collect(),
+            several: lines.len() > 1,
+            lines,
             events: Vec::new(),
-            several: names.len() > 1,
             patience: watchdog.unwrap_or(PATIENCE),
         })
     }
@@ -298,8 +311,9 @@ impl Peer for Robots {
         self.served.boards()[line].board().status().baud
     }
 
-    fn patience(&self) -> Option<Duration> {
-        Some(self.patience)
+    /// Who reads a laser may be silent for ever; others wait until it leaves.
+    fn patience(&self, line: usize) -> Option<Duration> {
+        (!self.lines[line].is_laser).then_some(self.patience)
     }
 
     fn farewell(&self, line: usize) -> (String, Value) {
@@ -310,16 +324,15 @@ impl Peer for Robots {
         let driven_m = body.travelled_m - memory.travelled_m;
         let n_packets = status.n_heard - memory.n_packets;
         let unknown: Vec<u8> = status.unknown.iter().collect();
+        if memory.is_laser {
+            return laser_farewell(n_packets, &unknown);
+        }
         let mut text = format!(
             " and {n_packets} packets; the robot drove {driven_m:.3} m and stands at \
              ({x_m:.3}, {y_m:.3}) m, {:.1}°",
             yaw_rad.to_degrees()
         );
-        if !unknown.is_empty() {
-            let numbers: Vec<String> = unknown.iter().map(u8::to_string).collect();
-            text.push_str("; commands that mean nothing to it: ");
-            text.push_str(&numbers.join(", "));
-        }
+        text.push_str(&meaningless(&unknown));
         if memory.n_untold > 0 {
             text.push_str("; messages not shown: ");
             text.push_str(&memory.n_untold.to_string());
@@ -335,6 +348,20 @@ impl Peer for Robots {
     fn note_interval(&mut self, interval: Duration) {
         self.served.note_interval(interval);
     }
+}
+
+/// What there is to tell of a laser's client that leaves.
+fn laser_farewell(n_packets: u64, unknown: &[u8]) -> (String, Value) {
+    let text = format!(" and {n_packets} requests{}", meaningless(unknown));
+    (text, json!({"n_packets": n_packets, "unknown_commands": unknown}))
+}
+
+fn meaningless(unknown: &[u8]) -> String {
+    if unknown.is_empty() {
+        return String::new();
+    }
+    let numbers: Vec<String> = unknown.iter().map(u8::to_string).collect();
+    format!("; commands that mean nothing to it: {}", numbers.join(", "))
 }
 
 /// Kind, text and facts of what a client asked of the simulator.

@@ -30,7 +30,7 @@ pub(crate) trait Peer {
 
     /// How long a client may be silent before another may take its place; without it clients are
     /// never displaced, and others wait until the first has left.
-    fn patience(&self) -> Option<Duration>;
+    fn patience(&self, line: usize) -> Option<Duration>;
 
     /// The speed at which it speaks on that line now, bits per second; `None` where clients cannot change it.
     fn baud(&self, _line: usize) -> Option<u32> {

@@ -171,6 +171,11 @@ impl ServedBoard {
         &*self.board
     }
 
+    /// The body that it is on.
+    pub fn body_id(&self) -> BodyId {
+        self.body_id
+    }
+
     /// The numbers of its lines.
     pub fn lines(&self) -> Range<usize> {
         self.lines.clone()

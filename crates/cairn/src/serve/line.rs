@@ -51,7 +51,7 @@ impl Line {
             client.n_heard = n_heard;
             client.last_heard = now;
         }
-        let patience = peer.patience();
+        let patience = peer.patience(line);
         if let Some(patience) = patience {
             self.settle(line, peer, patience, now, log);
         }
