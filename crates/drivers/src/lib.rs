@@ -11,6 +11,10 @@
 //! - [`PioneerDriver`]: a Pioneer robot ([`wire::arcos`]);
 //! - [`CreateDriver`]: an iRobot Create 2 ([`wire::create_oi`]).
 //!
+//! A [`LaserDriver`] is the client of a scanning laser; [`laser_driver`] builds it:
+//!
+//! - [`SickLmsDriver`], [`RplidarDriver`], [`Ld06Driver`].
+//!
 //! Beside them are the clients of other nodes:
 //!
 //! - [`PheromoneClient`]: the pheromone server ([`wire::pheromone_link`]);
@@ -19,6 +23,7 @@
 mod create;
 mod driver;
 mod ground;
+mod laser;
 mod pheromones;
 mod pioneer;
 mod registry;
@@ -30,6 +35,10 @@ pub use driver::{Driver, DriverConfig, LineTiming};
 pub use ground::{
     GoalNews, GroundClient, GroundLinkConfig, GroundStation, GroundStationEvent, failure_code,
     failure_text, sonar_report,
+};
+pub use laser::{
+    LaserDriver, LaserDriverConfig, LaserNews, LaserTrouble, Ld06Driver, RplidarDriver,
+    SickLmsDriver, TakeNews, laser_driver,
 };
 pub use pheromones::{PheromoneClient, PheromoneClientConfig, PheromoneCounters};
 pub use pioneer::{
