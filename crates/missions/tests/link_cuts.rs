@@ -46,6 +46,11 @@ const MARGIN_M: f64 = 0.05;
 const WAY_MAX_M: f64 =
     WATCHDOG_S * SPEED_MPS + SPEED_MPS * SPEED_MPS / (2.0 * BRAKING_MPS2) + MARGIN_M;
 
+/// Steps before a cut in which the sonars are listened to: 3 s, more than nine rounds of the ring.
+const HEARD_STEPS: u64 = 300;
+/// No sonar heard anything of a thing that is nearer than the robot can get, m.
+const UNHEARD_M: f64 = 1.2;
+
 #[derive(Clone, Copy, Debug, Eq, Ord, PartialEq, PartialOrd)]
 enum Moment {
     Connecting,
@@ -140,6 +145,8 @@ fn is_rolling(run: &Run) -> bool {
 #[derive(Clone, Copy, Debug)]
 struct Outcome {
     way_m: f64,
+    /// The least that the sonars that look ahead read in the seconds before the cut, m; 5: nothing was heard.
+    heard_m: f64,
     /// From the cut on.
     touched: bool,
     rolls: bool,
@@ -159,8 +166,15 @@ fn cut(moment: Moment, direction: Direction, seed: u64) -> Option<Outcome> {
         }
     }
     // Somewhere in the phase, or soon after.
-    for _ in 0..seed * 37 % moment.spread_steps() {
+    let n_steps = seed * 37 % moment.spread_steps();
+    let mut heard_m = 5.0_f64;
+    for step in 0..n_steps {
         run.step();
+        if step + HEARD_STEPS > n_steps && step.is_multiple_of(10) {
+            let ahead_m =
+                robot(&run).sonar_m.iter().skip(2).take(4).fold(5.0, |a: f64, b| a.min(*b));
+            heard_m = heard_m.min(ahead_m);
+        }
     }
     let contacts_before = run.summary().figure("contacts").unwrap();
     let was_busy = robot(&run).goal.is_some() && robot(&run).phase != "arrived";
@@ -176,7 +190,7 @@ fn cut(moment: Moment, direction: Direction, seed: u64) -> Option<Outcome> {
     // A robot that never connected may go where it is told now.
     let crept_m = if moment == Moment::Connecting { 0.0 } else { pass_s(&mut run, 6) };
     let touched = run.summary().figure("contacts").unwrap() > contacts_before;
-    Some(Outcome { way_m, touched, rolls, reported, crept_m })
+    Some(Outcome { way_m, heard_m, touched, rolls, reported, crept_m })
 }
 
 #[test]
@@ -192,7 +206,7 @@ fn in_every_phase_and_each_way_a_cut_leaves_the_robot_within_its_watchdogs_way()
         .map(|&(moment, direction, seed)| (moment, direction, seed, cut(moment, direction, seed)))
         .collect();
     let mut table: BTreeMap<(Moment, &str), (usize, f64, usize)> = BTreeMap::new();
-    let mut wrong = Vec::new();
+    let (mut wrong, mut unheard) = (Vec::new(), Vec::new());
     for (moment, direction, seed, outcome) in outcomes {
         let index = Direction::ALL.iter().position(|&d| d == direction).unwrap();
         let row = table.entry((moment, Line::Robot.direction_names()[index])).or_default();
@@ -200,8 +214,13 @@ fn in_every_phase_and_each_way_a_cut_leaves_the_robot_within_its_watchdogs_way()
         row.0 += 1;
         row.1 = row.1.max(outcome.way_m);
         row.2 += usize::from(outcome.touched);
+        // A box that stands corner on sends no sound back from farther than half a metre.
+        let unheard_box = outcome.touched && outcome.heard_m > UNHEARD_M;
+        if unheard_box {
+            unheard.push((moment, direction, seed));
+        }
         let fine = outcome.way_m <= WAY_MAX_M
-            && !outcome.touched
+            && (!outcome.touched || unheard_box)
             && !outcome.rolls
             && outcome.reported
             && outcome.crept_m <= MARGIN_M;
@@ -216,10 +235,52 @@ fn in_every_phase_and_each_way_a_cut_leaves_the_robot_within_its_watchdogs_way()
     for (moment, direction, seed, outcome) in &wrong {
         println!("WRONG {moment:?} {direction:?} seed {seed}: {outcome:?}");
     }
+    println!("{} touched a box that no sonar had heard: {unheard:?}", unheard.len());
     assert!(wrong.is_empty(), "{} of {} cuts", wrong.len(), cases.len());
+    assert!(unheard.len() as u64 <= n_seeds / 100, "{unheard:?}");
     // Every phase was met, nearly always.
     for ((moment, direction), (n, ..)) in &table {
         assert!(2 * *n as u64 >= n_seeds, "{moment:?} {direction}: {n} of {n_seeds}");
+    }
+}
+
+/// A cut while the robot rolls through a flat, among walls, door posts, a box and a person. Of 2000 seeds of
+/// `doorbell` 18 used to touch something, of 2000 of `trail-junctions` 4: in curves beside door posts.
+#[test]
+fn a_robot_that_goes_deaf_in_a_flat_touches_nothing_that_it_had_heard() {
+    for name in ["doorbell", "trail-junctions"] {
+        let n_seeds = n_seeds(20);
+        let outcomes: Vec<Option<(&str, bool)>> = (1..=n_seeds)
+            .into_par_iter()
+            .map(|seed| {
+                let mut run = Run::new(Mission::load(name, &[]).unwrap(), RunSeed(seed)).unwrap();
+                let cut_at = 2000 + seed * 7919 % 7000;
+                while run.steps() < cut_at && run.finished().is_none() {
+                    run.step();
+                }
+                if !is_rolling(&run) || run.finished().is_some() {
+                    return None;
+                }
+                let (line, direction) = (Line::Robot, Direction::Away);
+                let phase = robot(&run).phase;
+                let before = run.summary().figure("contacts").unwrap();
+                run.apply(Intervention::CutLink { robot: 0, line, direction }).unwrap();
+                pass_s(&mut run, 5);
+                Some((phase, run.summary().figure("contacts").unwrap() > before))
+            })
+            .collect();
+        let mut table: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
+        for (phase, touched) in outcomes.iter().flatten() {
+            let row = table.entry(phase).or_default();
+            row.0 += 1;
+            row.1 += usize::from(*touched);
+        }
+        for (phase, (n_cuts, n_touched)) in &table {
+            println!("{name}, {phase}: {n_cuts} cuts, {n_touched} touched something");
+            let n_most = if *phase == "avoiding an obstacle" { n_cuts.div_ceil(20) } else { 0 };
+            assert!(*n_touched <= n_most, "{name}, {phase}: {n_touched} of {n_cuts}");
+        }
+        assert!(table["following the trail"].0 as u64 > n_seeds / 4, "{table:?}");
     }
 }
 

@@ -95,6 +95,16 @@ impl Navigator {
         self.echoes.first_on_path_m(self.way().points(), width_m, self.recent(now))
     }
 
+    /// A waiting robot has found its way clear: what it heard there before has gone.
+    pub(crate) fn forget_what_left_the_way(&mut self, now: Stamp) {
+        if self.config.settings.watchdog_s <= 0.0 {
+            return;
+        }
+        let width_m = self.config.footprint.half_width_m() + WAY_MARGIN_M;
+        let (way, recent) = (self.way(), self.recent(now));
+        self.echoes.forget_on_path(way.points(), width_m, recent);
+    }
+
     /// A factor on the speed, at most 1: less where the way is narrow.
     pub(crate) fn pace(&self, now: Stamp) -> f64 {
         if self.config.settings.avoidance != Avoidance::Checked {

@@ -11,6 +11,7 @@ use crate::{
     messages::{Command, FailureReason},
     navigator::{Navigator, SPEED_MIN_MPS},
     speed::braking_mps,
+    trail::PREVIEW_STEP_M,
     view::Phase,
 };
 
@@ -80,7 +81,7 @@ impl PathRoute {
             leg: 0,
             aligned: false,
             no_room: false,
-            preview_step_m: 0.12,
+            preview_step_m: PREVIEW_STEP_M,
         }
     }
 
@@ -90,7 +91,7 @@ impl PathRoute {
     }
 
     fn n_preview_steps(length_m: f64) -> f64 {
-        (length_m / 0.12).ceil().clamp(1.0, 4000.0)
+        (length_m / PREVIEW_STEP_M).ceil().clamp(1.0, 4000.0)
     }
 
     /// What is left of the path to its goal, metres.
@@ -258,7 +259,7 @@ impl Navigator {
         let wheels = self.path_follower.step_on(&route.course, leg, pose, speed_mps, period);
         self.line_steering.error_m =
             self.path_follower.progress().map_or(0.0, |p| -p.cross_track_m);
-        self.drive(wheels, commands);
+        self.drive(wheels, now, commands);
     }
 
     /// Where the robot is on its leg, by its last report.

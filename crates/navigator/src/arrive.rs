@@ -136,7 +136,7 @@ impl Navigator {
             self.speed_to_stand_mps(left_m, now).min(self.way_speed_mps(now)).max(creep_mps);
         let speed_mps = speed_mps.min(settings.speed_mps);
         let wheels = self.line_steering.step(self.sight(), self.line_from, goal, speed_mps);
-        self.drive(wheels, commands);
+        self.drive(wheels, now, commands);
     }
 
     fn turn_to_goal(&mut self, now: Stamp, commands: &mut Vec<Command>) {
@@ -236,7 +236,7 @@ impl Navigator {
         if done {
             self.settle(now, commands);
         } else {
-            self.drive(WheelReference::straight(-self.creep_mps()), commands);
+            self.drive(WheelReference::straight(-self.creep_mps()), now, commands);
         }
     }
 
@@ -374,7 +374,7 @@ impl Navigator {
         let speed_mps = 0.5 * self.config.settings.speed_mps;
         let (inner, outer) = (0.4 * speed_mps, 1.6 * speed_mps);
         let (left_mps, right_mps) = if error_rad > 0.0 { (inner, outer) } else { (outer, inner) };
-        self.drive(WheelReference { left_mps, right_mps }, commands);
+        self.drive(WheelReference { left_mps, right_mps }, now, commands);
         true
     }
 }

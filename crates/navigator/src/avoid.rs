@@ -12,6 +12,7 @@ use crate::{
     config::{Avoidance, Method},
     messages::{Command, FailureReason, N_SONARS_MAX, Report},
     navigator::{Navigator, SPEED_MIN_MPS},
+    trail::PREVIEW_STEP_M,
     view::Phase,
 };
 
@@ -84,6 +85,7 @@ impl Navigator {
         if self.hazard(now) == Hazard::None {
             let since = *self.bypass.clear_since.get_or_insert(now);
             if now.since(since) >= CLEAR_FOR {
+                self.forget_what_left_the_way(now);
                 let resume = self.bypass.resume;
                 if resume == Phase::FollowTrail {
                     self.begin_following(now);
@@ -212,9 +214,9 @@ impl Navigator {
                     .min(self.speed_to_stand_mps(left_m, now))
                     .max(SPEED_MIN_MPS.min(settings.speed_mps));
                 let wheels = self.line_steering.step(self.sight(), from, to, speed_mps);
-                self.drive(wheels, commands);
+                self.drive(wheels, now, commands);
             }
-            Motion::BackOff => self.drive(WheelReference::straight(-SPEED_MIN_MPS), commands),
+            Motion::BackOff => self.drive(WheelReference::straight(-SPEED_MIN_MPS), now, commands),
         }
     }
 
@@ -276,8 +278,8 @@ impl Navigator {
         let goal = self.goal_point();
         if self.bypass.resume == Phase::FollowTrail {
             let hit_m = self.first_thing_m(now).unwrap_or(0.7).min(1.3);
-            let first = ((hit_m + REJOIN_FROM_M) / 0.12) as usize;
-            let last = ((hit_m + REJOIN_TO_M) / 0.12) as usize;
+            let first = ((hit_m + REJOIN_FROM_M) / PREVIEW_STEP_M) as usize;
+            let last = ((hit_m + REJOIN_TO_M) / PREVIEW_STEP_M) as usize;
             for ahead in (first..=last).step_by(3) {
                 if let Some(point) = self.preview.get(self.preview_index + ahead) {
                     offer(*point);
@@ -372,7 +374,7 @@ impl Navigator {
             self.stop_wheels(commands);
             self.machine.rebound_again(now);
         } else {
-            self.drive(WheelReference::straight(-RETREAT_MPS), commands);
+            self.drive(WheelReference::straight(-RETREAT_MPS), now, commands);
         }
         true
     }

@@ -16,6 +16,7 @@ use path_following::{
 use robot_models::{DriveGeometry, OdometryNoise, RobotModel};
 
 use crate::{
+    guard::Guard,
     messages::N_SONARS_MAX,
     steer::{LineSteering, TrailSteering},
     tags::{TagSettings, TagTrail},
@@ -132,11 +133,14 @@ pub struct NavigatorSettings {
     pub acceleration_mps2: f64,
     /// The fastest that a wheel of this robot can turn, metres per second, from 0.05 to 10.
     pub speed_max_mps: f64,
+    /// How long a robot that hears nothing more goes on with its last command, until its watchdog stops it,
+    /// seconds, up to 10; 0: it cannot go deaf. So far, and until it stands, it must touch nothing that was heard.
+    pub watchdog_s: f64,
     /// Whether to turn in place towards the trail before driving off on it, and where it leads far
     /// to the side; otherwise the law of the trail does all turning, as in the thesis's experiment 7.4.
     pub turn_first: bool,
     /// Whether a trail is driven as fast as it allows: slower before bends and the goal, and with wider sets of
-    /// law `fuzzy` above 0.3 m/s. Otherwise the law is as printed and the speed constant, as in the thesis's
+    /// laws `fuzzy` and `fuzzy_fine` above 0.3 m/s; the other laws have no sets to widen. Otherwise the law is as printed and the speed constant, as in the thesis's
     /// experiment 7.4; what avoidance allows still counts.
     pub fit_to_speed: bool,
     /// How long to wait before an obstacle for it to go away, seconds, from 0 to 60. The thesis
@@ -213,6 +217,7 @@ pub(crate) struct Parts {
     pub(crate) line_steering: LineSteering,
     pub(crate) tags: TagTrail,
     pub(crate) path_follower: PathFollower,
+    pub(crate) guard: Guard,
 }
 
 /// A setting outside its range.
@@ -288,6 +293,7 @@ impl Default for NavigatorSettings {
             control_period_s: 0.2,
             acceleration_mps2: 0.3,
             speed_max_mps: 2.2,
+            watchdog_s: 2.0,
             turn_first: true,
             fit_to_speed: true,
             wait_s: 2.5,
@@ -363,8 +369,12 @@ const PATH_NEAR_M: f64 = 0.1;
 const WHEEL_SPEED_MAX_RATIO: f64 = 1.6;
 
 fn trail_steering(s: &NavigatorSettings) -> Result<TrailSteering, SettingError> {
-    if s.trail_controller == TrailController::Fuzzy {
-        return TrailSteering::fuzzy(s.trail_fuzzy);
+    match s.trail_controller {
+        TrailController::Fuzzy => return TrailSteering::fuzzy(s.trail_fuzzy),
+        TrailController::FuzzyFine => {
+            return TrailSteering::fuzzy(FuzzyConfig { sets: Sets::Five, ..s.trail_fuzzy });
+        }
+        _ => {}
     }
     let config = TrailFollowerConfig {
         law: s.trail_controller.law(s.trail_fuzzy, s.trail_listing),
@@ -411,6 +421,7 @@ impl TryFrom<NavigatorSettings> for NavigatorConfig {
             trail_steering: trail_steering(s)?,
             line_steering: LineSteering::new()?,
             tags: TagTrail::new(&s.tags, s.drive.wheelbase_m, s.wheel_speed_max_mps())?,
+            guard: Guard::new(&footprint, s.drive.wheelbase_m, s.watchdog_s, s.acceleration_mps2),
             path_follower: PathFollower::new(PathFollowerConfig {
                 law: s.path_controller.law(),
                 wheelbase_m: s.drive.wheelbase_m,
@@ -427,6 +438,7 @@ fn check_ranges(s: &NavigatorSettings) -> Result<(), ConfigError> {
         ("control_period_s", s.control_period_s, 0.05, 2.0, "from 0.05 to 2 s"),
         ("acceleration_mps2", s.acceleration_mps2, 0.05, 5.0, "from 0.05 to 5 m/s²"),
         ("speed_max_mps", s.speed_max_mps, 0.05, 10.0, "from 0.05 to 10 m/s"),
+        ("watchdog_s", s.watchdog_s, 0.0, 10.0, "from 0 to 10 s"),
         ("wait_s", s.wait_s, 0.0, 60.0, "from 0 to 60 s"),
         ("near_m", s.near_m, 0.05, 2.0, "from 0.05 to 2 m"),
         ("detour_m", s.detour_m, 0.1, 5.0, "from 0.1 to 5 m"),

@@ -27,6 +27,7 @@ mod along_path;
 mod arrive;
 mod avoid;
 mod config;
+mod guard;
 mod inquiry;
 mod messages;
 mod navigator;

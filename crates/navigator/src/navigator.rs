@@ -11,7 +11,8 @@ use crate::{
     along_path::PathRoute,
     arrive::{Homing, Turn},
     avoid::Bypass,
-    config::{Method, NavigatorConfig},
+    config::{Avoidance, Method, NavigatorConfig},
+    guard::Guard,
     inquiry::{Asker, Inquiry},
     messages::{
         Command, FailureReason, GroundCommand, N_SONARS_MAX, Observation, Report, RobotStatus,
@@ -48,6 +49,7 @@ pub struct Navigator {
     pub(crate) echoes: EchoMemory,
     pub(crate) machine: Machine,
     pub(crate) bypass: Bypass,
+    guard: Guard,
     pub(crate) inquiry: Inquiry,
     pub(crate) scout: Scout,
     pub(crate) trail_steering: TrailSteering,
@@ -112,6 +114,7 @@ impl Navigator {
             echoes: EchoMemory::new(settings.echoes),
             machine: parts.machine,
             bypass: Bypass::default(),
+            guard: parts.guard,
             inquiry: Inquiry::default(),
             scout: Scout::new().with_room(),
             trail_steering: parts.trail_steering,
@@ -411,7 +414,19 @@ impl Navigator {
         self.progress_at = now;
     }
 
-    pub(crate) fn drive(&mut self, wheels: WheelReference, commands: &mut Vec<Command>) {
+    /// Turns the wheels so, or more slowly on the same arc where what was heard is too near for that.
+    pub(crate) fn drive(
+        &mut self,
+        wheels: WheelReference,
+        now: Stamp,
+        commands: &mut Vec<Command>,
+    ) {
+        let settings = &self.config.settings;
+        let wheels = if settings.avoidance == Avoidance::Checked && settings.watchdog_s > 0.0 {
+            self.guard.slowed(wheels, self.pose_at_command(now), &self.echoes)
+        } else {
+            wheels
+        };
         self.motion = wheels;
         commands.push(Command::Drive(to_wheels(wheels)));
     }

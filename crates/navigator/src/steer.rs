@@ -153,7 +153,7 @@ pub(crate) struct TrailSteering {
 
 #[derive(Clone, Debug)]
 enum Law {
-    /// The default law; the change of the error is scaled by the pace.
+    /// The default law, with three sets or five; the change of the error is scaled by the pace.
     Fuzzy(FuzzyController),
     /// Any other, with its control period.
     Follower(TrailFollower, Duration),

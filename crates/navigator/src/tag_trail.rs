@@ -132,13 +132,13 @@ impl Navigator {
             self.tags_turn(heading_rad, now, commands);
             return;
         }
-        let speed_mps = self.trail_speed_mps(now);
+        let speed_mps = self.trail_speed_mps(now, false);
         match self.tags.follow(self.pose, speed_mps) {
             TagStep::Drive(wheels) => {
                 // A trail may wind; how long it may take is bounded by the task's own limit.
                 self.note_progress(now);
                 let most_mps = self.config.settings.wheel_speed_max_mps();
-                self.drive(wheels.limited(most_mps), commands);
+                self.drive(wheels.limited(most_mps), now, commands);
             }
             TagStep::Lost(side) => {
                 self.tags.lose(self.pose, side);
@@ -173,7 +173,7 @@ impl Navigator {
                 self.stop_wheels(commands);
                 self.tags.turn_back();
             }
-            Search::Drive(wheels) => self.drive(wheels, commands),
+            Search::Drive(wheels) => self.drive(wheels, now, commands),
             Search::Turn(heading_rad) => self.tags_turn(heading_rad, now, commands),
             Search::GaveUp => {
                 self.stop_wheels(commands);

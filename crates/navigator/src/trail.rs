@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use geometry::{Vec2, wrap_to_pi};
+use geometry::wrap_to_pi;
 use path_following::WheelReference;
 use run_context::Stamp;
 
@@ -45,10 +45,6 @@ const WINDING_M: f64 = 0.8;
 /// Along the preview the robot steers for a point so many points ahead: it cuts corners by about
 /// half of that.
 const LINE_POINTS: usize = 3;
-
-/// A bend from which the robot slows down on the preview, radians, and how much.
-const BEND_RAD: f64 = 0.5;
-const BEND_PACE: f64 = 0.6;
 
 /// The longest gap in a trail that is driven across along the preview, metres.
 const GAP_MAX_M: f64 = 0.9;
@@ -139,18 +135,20 @@ impl Navigator {
         self.preview_index = 0;
     }
 
-    /// Turns towards the preview and sets out; first drives to it if it begins elsewhere.
+    /// Turns towards the preview and sets out; first drives to it if it begins elsewhere. With `turn_first = false` it
+    /// drives off at once, whichever way it looks.
     fn set_out(&mut self, now: Stamp, commands: &mut Vec<Command>) {
         let Some(first) = self.preview.first().copied() else { return };
+        if !self.config.settings.turn_first {
+            // Its law, or the preview that it steers along, brings it there in an arc.
+            self.begin_following(now);
+            return;
+        }
         if (first - self.pose.position()).norm() > 0.3 {
             let target = self.preview.get(3).copied().unwrap_or(first);
             self.bypass.resume = Phase::FollowTrail;
             self.machine.set_target(target, now);
             self.enter(Phase::Rejoin, now);
-            return;
-        }
-        if !self.config.settings.turn_first {
-            self.begin_following(now);
             return;
         }
         let heading_rad = self.preview_heading_rad().unwrap_or(self.pose.yaw_rad);
@@ -252,15 +250,15 @@ impl Navigator {
                 self.enter(Phase::LostTrail, now);
                 self.trail_steering.forget();
             }
-            self.drive(WheelReference::straight(LOST_MPS), commands);
+            self.drive(WheelReference::straight(LOST_MPS), now, commands);
             return;
         }
         if self.phase == Phase::LostTrail {
             self.begin_following(now);
         }
-        let speed_mps = self.trail_speed_mps(now);
+        let speed_mps = self.trail_speed_mps(now, false);
         let wheels = self.trail_steering.step(left, right, speed_mps, self.trail_pace());
-        self.drive(wheels, commands);
+        self.drive(wheels, now, commands);
     }
 
     /// Whether to drive along the preview and not after the antennas: they smell a branch that is not
@@ -278,16 +276,12 @@ impl Navigator {
     /// One step along the preview, by the law for straight lines.
     fn follow_preview_step(&mut self, now: Stamp, commands: &mut Vec<Command>) {
         let Some(last) = self.preview.len().checked_sub(1) else { return };
-        let point = |ahead: usize| self.preview[(self.preview_index + ahead).min(last)];
         let from = self.preview[self.preview_index.saturating_sub(1).min(last)];
-        let (to, beyond) = (point(LINE_POINTS), point(2 * LINE_POINTS));
-        let yaw_rad = |way: Vec2| way.y.atan2(way.x);
-        let bend_rad = wrap_to_pi(yaw_rad(beyond - to) - yaw_rad(to - from)).abs();
-        let slowly = if bend_rad > BEND_RAD { BEND_PACE } else { 1.0 };
         self.trail_steering.forget();
-        let speed_mps = slowly * self.trail_speed_mps(now);
+        let speed_mps = self.trail_speed_mps(now, true);
+        let to = self.preview[(self.preview_index + LINE_POINTS).min(last)];
         let wheels = self.line_steering.step(self.sight(), from, to, speed_mps);
-        self.drive(wheels, commands);
+        self.drive(wheels, now, commands);
     }
 
     /// The way that the scout found is driven: on to the goal, or another search from here.

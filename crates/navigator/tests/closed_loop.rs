@@ -103,6 +103,59 @@ fn off_by_45_degrees(seed: u64) -> Bed {
     Bed::new(same, corridor(2.0), trail(&[(0.0, 0.0), (10.0, 0.0)]), start, seed)
 }
 
+/// With `turn_first = false` the law does all turning, wherever in the trail's first cell the robot begins. The
+/// scout's way used to begin too far away for that in half of them.
+#[test]
+fn a_robot_that_shall_not_turn_first_drives_off_at_once() {
+    for k in 0..11 {
+        for heading_rad in [-0.785, 0.785] {
+            let start = Se2::new(0.02 * f64::from(k), 0.0, heading_rad);
+            let settings = |s| NavigatorSettings { turn_first: false, preview_m: 0.0, ..s };
+            let field = trail(&[(0.0, 0.0), (6.0, 0.0)]);
+            let mut bed = Bed::new(settings, corridor(2.0), field, start, 1);
+            let figures = bed.run_to(Se2::new(6.0, 0.0, 0.0), 120.0);
+            let gone = |pose: &&Se2| (pose.position() - start.position()).norm() > 0.03;
+            let first = figures.track.iter().find(gone).unwrap();
+            let turned_rad = (first.yaw_rad - heading_rad).abs();
+            assert!(turned_rad < 0.3, "{start:?}: turned by {turned_rad} first");
+            assert_eq!(figures.phase, Phase::Arrived, "{start:?}");
+        }
+    }
+}
+
+/// `fit_to_speed`: the bend of a trail and the goal at its end are slowed for; without it the speed is constant.
+#[test]
+fn a_bend_and_the_goal_are_slowed_for_if_the_speed_shall_fit() {
+    let speeds = |fit_to_speed: bool, controller: TrailController| {
+        let settings = |s| NavigatorSettings {
+            fit_to_speed,
+            trail_controller: controller,
+            speed_mps: 0.6,
+            avoidance: Avoidance::Off,
+            ..s
+        };
+        let field = trail(&[(0.0, 0.0), (6.0, 0.0), (6.0, 5.0)]);
+        let mut bed = Bed::new(settings, Vec::new(), field, Se2::new(0.0, 0.0, 0.0), 1);
+        let figures = bed.run_to(Se2::new(6.0, 5.0, 1.57), 90.0);
+        // Poses are 200 ms apart.
+        let mps = |pair: &[Se2]| (pair[1].position() - pair[0].position()).norm() / 0.2;
+        let fastest = |near: fn(&Se2) -> bool| {
+            let pairs = figures.track.windows(2).filter(|pair| near(&pair[0]));
+            pairs.map(mps).fold(0.0, f64::max)
+        };
+        let straight = fastest(|p| (3.0..4.5).contains(&p.x_m));
+        (straight, fastest(|p| (5.3..5.7).contains(&p.x_m) && p.y_m < 0.6), figures)
+    };
+    for controller in [TrailController::Fuzzy, TrailController::FuzzyFine] {
+        let (straight_mps, bend_mps, figures) = speeds(true, controller);
+        assert!(straight_mps > 0.5 && bend_mps < 0.4, "{straight_mps} {bend_mps}");
+        assert_eq!(figures.phase, Phase::Arrived, "{controller:?}");
+        assert!(figures.goal_error_m < 0.1, "{}", figures.goal_error_m);
+    }
+    let (straight_mps, bend_mps, _) = speeds(false, TrailController::Fuzzy);
+    assert!(straight_mps > 0.5 && bend_mps > 0.5, "{straight_mps} {bend_mps}");
+}
+
 /// A person crosses the corridor in front of the robot.
 fn person_crossing(seed: u64) -> Bed {
     let d = |label, from, to| dice(seed, label, from, to);

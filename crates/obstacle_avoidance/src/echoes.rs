@@ -183,6 +183,16 @@ impl EchoMemory {
         first_m
     }
 
+    /// Forgets what lies within `half_width_m` of a polyline and was not heard at or after `heard_since`: a robot
+    /// that stood and listened found the way clear. O(points × echoes).
+    pub fn forget_on_path(&mut self, path: &[Vec2], half_width_m: f64, heard_since: Stamp) {
+        self.echoes.retain(|e| {
+            let on_path =
+                |pair: &[Vec2]| distance_to_segment_m(e.at, pair[0], pair[1]) <= half_width_m;
+            e.heard >= heard_since || !path.windows(2).any(on_path)
+        });
+    }
+
     /// Least distance (m) between the outline at `pose` and any echo; infinite without echoes.
     pub fn clearance_m(&self, pose: Se2, footprint: &Footprint) -> f64 {
         let to_base = pose.inverse();
@@ -365,6 +375,19 @@ mod tests {
         let beyond = [Vec2::new(1.1, 0.0), Vec2::new(3.0, 0.0)];
         assert_eq!(memory.first_on_path_m(&beyond, 0.3, at(0)), None);
         assert_eq!(memory.first_on_path_m(&[], 0.3, at(0)), None);
+    }
+
+    #[test]
+    fn a_path_that_was_found_clear_is_forgotten_and_nothing_else() {
+        let mut memory = memory();
+        memory.observe(at(0), Se2::IDENTITY, &[AHEAD], &[0.8], 1); // an echo at (1, 0)
+        let path = [Vec2::new(0.0, 0.2), Vec2::new(2.0, 0.2)];
+        memory.forget_on_path(&path, 0.19, at(1));
+        memory.forget_on_path(&path, 0.3, at(0));
+        memory.forget_on_path(&path[..1], 0.3, at(1));
+        assert_eq!(memory.len(), 1, "beside it, heard since, no path");
+        memory.forget_on_path(&path, 0.3, at(1));
+        assert!(memory.is_empty());
     }
 
     #[test]

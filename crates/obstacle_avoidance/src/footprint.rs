@@ -43,6 +43,10 @@ impl Footprint {
         &self.corners[..self.n_corners]
     }
 
+    pub(crate) fn corners_mut(&mut self) -> &mut [Vec2] {
+        &mut self.corners[..self.n_corners]
+    }
+
     /// From the axle to the front, metres.
     pub fn front_m(&self) -> f64 {
         self.corners().iter().map(|c| c.x).fold(0.0, f64::max)
@@ -90,7 +94,7 @@ impl Footprint {
         least_m
     }
 
-    fn edges(&self) -> impl Iterator<Item = (Vec2, Vec2)> + '_ {
+    pub(crate) fn edges(&self) -> impl Iterator<Item = (Vec2, Vec2)> + '_ {
         let corners = self.corners();
         (0..corners.len()).map(move |i| (corners[i], corners[(i + 1) % corners.len()]))
     }

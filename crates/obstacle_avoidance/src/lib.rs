@@ -25,6 +25,7 @@ mod echoes;
 mod footprint;
 mod machine;
 mod rebound;
+mod sweep;
 
 pub use bubble::{Bubble, BubbleError, Intrusion};
 pub use detour::{Detour, DetourConfig, find_detour};
@@ -35,6 +36,7 @@ pub use machine::{
     Output, State, Variant,
 };
 pub use rebound::{ForcedSwing, nominal_bearing_rad, rebound_angle_rad, rebound_turn_rad};
+pub use sweep::{Arc, Hull};
 
 use geometry::Vec2;
 

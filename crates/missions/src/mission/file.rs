@@ -576,7 +576,8 @@ pub struct NavigatorFile {
     pub acceleration_mps2: f64,
     /// Whether it turns in place towards the trail before it drives off, and at sharp corners.
     pub turn_first: bool,
-    /// Whether on a trail it slows down for bends and the goal, and widens the sets of `fuzzy` above 0.3 m/s; otherwise
+    /// Whether on a trail it slows down for bends and the goal, and widens the sets of `fuzzy` and `fuzzy_fine` above
+    /// 0.3 m/s (the other laws have none); otherwise
     /// the law is as printed and the speed constant, as in the thesis.
     pub fit_to_speed: bool,
     /// How long it waits for an obstacle to go away, s; 0: not at all.

@@ -23,6 +23,7 @@ pub(in crate::mission) fn warnings(file: &MissionFile, parts: &Parts) -> Vec<Str
     found.extend(notes.map(|note| format!("world.map: {note}")));
     starts(file, parts, &mut found);
     tags(file, parts, &mut found);
+    laws(file, &mut found);
     found
 }
 
@@ -37,6 +38,23 @@ fn tags(file: &MissionFile, parts: &Parts, found: &mut Vec<String>) {
         if parts.tags.is_none() {
             let what = "the floor has no tags to read; add [tags]";
             found.push(format!("robots[{i}].tag_readers: {what}"));
+        }
+    }
+}
+
+/// Laws on a trail that nothing fits to a higher speed than the thesis's.
+fn laws(file: &MissionFile, found: &mut Vec<String>) {
+    for (i, robot) in file.robots.iter().enumerate() {
+        let navigator = &robot.navigator;
+        let law = navigator.trail_controller.as_str();
+        let fitted = matches!(law, "fuzzy" | "fuzzy_fine");
+        if navigator.route == "trail" && navigator.speed_mps > 0.3 && !fitted {
+            let speed_mps = navigator.speed_mps;
+            let what = if law == "listing" { "has its own speeds" } else { "is tuned for 0.3 m/s" };
+            found.push(format!(
+                "robots[{i}].navigator.speed_mps = {speed_mps}: trail_controller `{law}` {what}, and fit_to_speed \
+                 does not change that; above 0.3 m/s use fuzzy or fuzzy_fine"
+            ));
         }
     }
 }

@@ -276,6 +276,9 @@ fn speed_mps(key: &str, speed_mps: f64, model: &RobotModel) -> Checked<f64> {
     Ok(speed_mps)
 }
 
+/// A Pioneer's watchdog as it leaves the factory, seconds; a line without bytes loses nothing.
+const WATCHDOG_S: f64 = 2.0;
+
 fn navigator(
     key: &str,
     robot: &RobotFile,
@@ -326,6 +329,7 @@ fn navigator(
         )?,
         heading_tolerance_rad: within_deg.to_radians(),
         range_max_m: robot.sonar.range_max_m,
+        watchdog_s: if robot.link.kind == "direct" { 0.0 } else { WATCHDOG_S },
         ..NavigatorSettings::for_robot(model)
     };
     // What the ranges above let through and the navigator still refuses is said in its own words.
