@@ -98,7 +98,8 @@ fn pose(angle_rad: f64) -> Se2 {
     Se2::new(4.0 + 2.4 * cos, 3.0 + 1.6 * sin, heading_rad)
 }
 
-fn walls() -> SegmentWorld {
+/// The walls of the room, in the frame of the truth; the first pose of its recordings is the origin of their map.
+pub fn walls() -> SegmentWorld {
     let corners = [[0.0, 0.0], [8.0, 0.0], [8.0, 6.0], [0.0, 6.0], [0.0, 0.0]];
     let cupboard = [[0.0, 2.0], [0.8, 2.0], [0.8, 3.1], [0.0, 3.1]];
     let partition = [[5.2, 6.0], [5.2, 5.3], [5.4, 5.3], [5.4, 6.0]];
