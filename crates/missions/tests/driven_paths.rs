@@ -117,6 +117,9 @@ fn shapes() -> Vec<(&'static str, Vec<(f64, f64)>)> {
     vec![
         ("right angle, left", vec![(0.0, 0.0), (4.0, 0.0), (4.0, 4.0)]),
         ("right angle, right", vec![(0.0, 0.0), (4.0, 0.0), (4.0, -4.0)]),
+        // Lengths whose rounding puts the corner into the leg before it.
+        ("right angle at 1.89 m", vec![(0.0, 0.0), (1.89, 0.0), (1.89, 1.93)]),
+        ("steps", vec![(0.0, 0.0), (2.0, 0.0), (2.0, 1.5), (4.0, 1.5), (4.0, 0.0), (6.0, 0.0)]),
         ("sharp corners, 135°", vec![(0.0, 0.0), (4.0, 0.0), (2.0, 2.0), (5.0, 2.0)]),
         ("back on itself", vec![(0.0, 0.0), (4.0, 0.0), (1.0, 0.0)]),
         ("zigzag", zigzag),
@@ -169,7 +172,7 @@ fn every_law_keeps_to_every_path_at_every_speed() {
                     && driven.off_max_m <= 0.15
                     && driven.n_corners_passed == path.len()
                     && driven.rolls_mps < ROLLS_MPS
-                    && driven.turned_rad <= 1.5 * turns + 1.0;
+                    && driven.turned_rad <= 1.6 * turns + 1.0;
                 if !fine {
                     failures.push(format!(
                         "{law} {speed} {name}: off {:.3} m, turned {:.1} of {turns:.1}, corners {} of {}, goal {:.3?}, rolls {:.4}: {:?}",

@@ -105,6 +105,14 @@ impl PathRoute {
         (self.leg + 1 < self.course.n_legs() && end_m < self.goal_along_m).then_some(end_m)
     }
 
+    /// Direction of the leg just ahead of the robot, radians. At a corner the place itself belongs to two legs, and
+    /// rounding would choose between them.
+    fn leg_heading_rad(&self) -> f64 {
+        let leg = self.course.leg(self.leg);
+        let at_m = (self.along_m + 0.05).min(leg.to_m - 1e-6).max(leg.from_m);
+        self.course.path().pose_at(at_m).yaw_rad
+    }
+
     fn enter_leg(&mut self, leg: usize) {
         self.leg = leg;
         self.aligned = false;
@@ -209,9 +217,7 @@ impl Navigator {
     /// Turns on the spot to the direction of the leg where that is needed and safe.
     fn align_with_leg(&mut self, now: Stamp, commands: &mut Vec<Command>) {
         let Some(route) = &self.route else { return };
-        let leg = route.course.leg(route.leg);
-        let at_m = (route.along_m + 0.05).min(leg.to_m - 1e-6).max(leg.from_m);
-        let heading_rad = route.course.path().pose_at(at_m).yaw_rad;
+        let heading_rad = route.leg_heading_rad();
         let off_rad = wrap_to_pi(heading_rad - self.pose.yaw_rad);
         let fresh = self.turn.is_none();
         let near = off_rad.abs() <= ALIGN_FROM_RAD && route.leg_is_entered_rolling();
@@ -271,7 +277,7 @@ impl Navigator {
         let (from_m, to_m) = (from_m.max(leg.from_m), to_m.min(leg.to_m).min(route.goal_along_m));
         let seen = route.course.path().project_within(position, from_m, to_m.max(from_m));
         route.along_m = seen.arc_length_m;
-        let off_rad = wrap_to_pi(self.pose.yaw_rad - seen.heading_rad).abs();
+        let off_rad = wrap_to_pi(self.pose.yaw_rad - route.leg_heading_rad()).abs();
         if route.aligned && !route.no_room && off_rad > TURNED_AWAY_RAD {
             route.aligned = false;
         }

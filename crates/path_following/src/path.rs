@@ -288,13 +288,22 @@ impl Path {
     }
 
     /// The nearest point of the stretch from `from_m` to `to_m` along the path, so that a robot on a path
-    /// that crosses itself stays on its branch. The stretch is cut to the path. O(log pieces + pieces in it).
+    /// that crosses itself stays on its branch. The stretch is cut to the path. A stretch that begins or ends at a
+    /// joint has the direction of the piece inside it there. O(log pieces + pieces in it).
     ///
     /// Source: the thesis, (5.27)–(5.31), for one segment or arc.
     pub fn project_within(&self, point: Vec2, from_m: f64, to_m: f64) -> Projection {
         let from_m = from_m.clamp(0.0, self.length_m());
         let to_m = to_m.clamp(from_m, self.length_m());
-        let (first, last) = (self.piece_at(from_m), self.piece_at(to_m));
+        let (mut first, mut last) = (self.piece_at(from_m), self.piece_at(to_m));
+        // A piece that the stretch only touches, at a joint, does not lend it its direction.
+        if first < last && to_m - self.bounds_m[last] <= POINTS_MERGE_M {
+            last -= 1;
+        }
+        let ends_m = self.bounds_m[first] + self.pieces[first].length_m();
+        if first < last && ends_m - from_m <= POINTS_MERGE_M {
+            first += 1;
+        }
         let mut best: Option<(f64, f64, usize)> = None;
         for index in first..=last {
             let start_m = self.bounds_m[index];

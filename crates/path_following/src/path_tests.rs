@@ -222,3 +222,22 @@ fn a_path_that_passes_its_goal_reaches_it_at_the_last_passage() {
     assert!((back.first_near_m(Vec2::new(1.0, 0.0), 0.0, 6.0, 0.0) - 1.0).abs() < 1e-9);
     assert!((back.reaches_m(Vec2::new(0.0, 0.0), 0.7, 0.3) - 6.0).abs() < 1e-9);
 }
+
+/// A robot beside a corner, seen from the leg after it, has that leg's direction, and from the leg before that one's,
+/// whatever the lengths round to.
+#[test]
+fn a_stretch_has_the_direction_of_the_piece_inside_it_at_its_ends() {
+    for hundredths in 20..400 {
+        let length_m = f64::from(hundredths) * 0.01;
+        let path = polyline(&[(0.1, 0.0), (0.1 + length_m, 0.0), (0.1 + length_m, 1.93)]);
+        let before_corner = Vec2::new(0.07 + length_m, 0.02 - 0.05);
+        let corner_m = (path.pieces()[0].length_m()).clamp(0.0, path.length_m());
+        for rounded_m in [corner_m, length_m, corner_m - 1e-15, corner_m + 1e-15] {
+            let after = path.project_within(before_corner, rounded_m, rounded_m + 1.0);
+            assert!((after.heading_rad - FRAC_PI_2).abs() < 1e-9, "{length_m}: {after:?}");
+            let beyond = Vec2::new(0.1 + length_m, 0.5);
+            let before = path.project_within(beyond, rounded_m - 0.1, rounded_m);
+            assert!(before.heading_rad.abs() < 1e-9, "{length_m}: {before:?}");
+        }
+    }
+}

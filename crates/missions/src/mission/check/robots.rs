@@ -287,9 +287,8 @@ fn navigator(
 ) -> Checked<NavigatorConfig> {
     let file = &robot.navigator;
     let at = |name: &str| format!("{key}.navigator.{name}");
-    if !(50..=2000).contains(&file.control_period_ms) || !file.control_period_ms.is_multiple_of(10)
-    {
-        let allowed = "a multiple of 10 from 50 to 2000 ms";
+    if !(50..=500).contains(&file.control_period_ms) || !file.control_period_ms.is_multiple_of(10) {
+        let allowed = "a multiple of 10 from 50 to 500 ms";
         return Err(Wrong::new(at("control_period_ms"), file.control_period_ms, allowed));
     }
     let within_deg =
