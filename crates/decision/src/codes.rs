@@ -99,6 +99,7 @@ codes! {
     ActsEveryScan R3007 Warning "A MOVE or EVENT on a level acts in every scan.";
     ScanTooLong R3008 Warning "So many functions that a scan takes more than 200 ms.";
     ImageTooLarge R3009 Warning "An image larger than the 4096 bytes of the target.";
+    NoFunctions R3010 Warning "A program without a single function.";
     UnknownOpcode R8001 Error "The machine met an opcode that no function has.";
     TruncatedImage R8002 Error "The image ends inside an instruction or without an end.";
     UnknownAddress R8003 Error "An instruction names an address that no resource has.";

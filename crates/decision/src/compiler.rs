@@ -25,7 +25,7 @@ use crate::{
 pub struct Compilation {
     /// The program; `None` when there was an error.
     pub program: Option<Program>,
-    /// Every problem, in order of place.
+    /// Every problem: those of the program as a whole, then the others in order of place.
     pub diagnostics: Vec<Diagnostic>,
     /// Lines read.
     pub n_lines: usize,
@@ -94,6 +94,11 @@ fn compile_text(read: &SourceText, mode: Mode) -> Compilation {
         let message = format!("{n_bytes} bytes after the end-of-file character are left out");
         let hint = || Some("remove the character 1A (Ctrl-Z) in this line".to_owned());
         run.problems.report(Code::TextAfterEnd, place, message, hint);
+    }
+    if run.functions.is_empty() && run.names.is_empty() && run.problems.is_empty() {
+        let message = "the program has no functions: it does nothing".to_owned();
+        let hint = || Some("a line such as `AND O0,I0,1L,1L,1L` is one".to_owned());
+        run.problems.report(Code::NoFunctions, last, message, hint);
     }
     run.finish(source, n_lines)
 }

@@ -46,6 +46,14 @@ pub(crate) struct Place {
 /// Problems listed before the rest is only counted; keeps the work on garbage bounded.
 pub(crate) const N_DIAGNOSTICS_MAX: usize = 200;
 
+/// Whether a problem is one of the program as a whole: it is told first, whatever else there is.
+fn is_about_the_whole(code: Code) -> bool {
+    matches!(
+        code,
+        Code::NoFunctions | Code::ScanTooLong | Code::ImageTooLarge | Code::SourceTooLarge
+    )
+}
+
 /// Collects problems and forgets those beyond [`N_DIAGNOSTICS_MAX`].
 #[derive(Debug, Default)]
 pub(crate) struct Problems {
@@ -67,7 +75,7 @@ impl Problems {
         if code.severity() == Severity::Error {
             self.n_errors = self.n_errors.saturating_add(1);
         }
-        if self.list.len() >= N_DIAGNOSTICS_MAX {
+        if self.list.len() >= N_DIAGNOSTICS_MAX && !is_about_the_whole(code) {
             self.n_forgotten = self.n_forgotten.saturating_add(1);
             self.last = place;
             return;
@@ -77,13 +85,17 @@ impl Problems {
         self.list.push(Diagnostic { code, severity, span, line, column, message, hint });
     }
 
+    pub(crate) fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
     pub(crate) fn n_errors(&self) -> usize {
         self.n_errors
     }
 
-    /// The problems by place, and the number of errors, the forgotten ones included.
+    /// The problems of the program as a whole, then the others by place, and the number of errors, the forgotten ones included.
     pub(crate) fn into_sorted(mut self) -> (Vec<Diagnostic>, usize) {
-        self.list.sort_by_key(|d| (d.span.start, d.code));
+        self.list.sort_by_key(|d| (!is_about_the_whole(d.code), d.span.start, d.code));
         if self.n_forgotten > 0 {
             let code = Code::TooManyProblems;
             let Place { span, line, column } = self.last;

@@ -305,3 +305,26 @@ fn at9_the_doorbell_is_forty_bytes() {
     assert_eq!(decode(&fixed), decode(&expected));
     assert_eq!(program.fixed_size_image(39), None);
 }
+
+/// What concerns the program as a whole is told first, however many other problems there are.
+#[test]
+fn what_is_wrong_with_the_whole_is_not_hidden_behind_hundreds_of_lines() {
+    let compilation = decision::compile(&"AND O0,I0,1L,1L,1L\n".repeat(800));
+    let found: Vec<Code> = compilation.diagnostics.iter().map(|d| d.code).collect();
+    assert_eq!(found[..2], [Code::ScanTooLong, Code::ImageTooLarge]);
+    assert_eq!(found.iter().filter(|&&code| code == Code::LostWrite).count(), 200);
+    assert_eq!(found.last(), Some(&Code::TooManyProblems));
+}
+
+#[test]
+fn a_program_that_does_nothing_is_named_as_such() {
+    for text in ["", "\n", "; the lamp\n", "\u{FEFF}"] {
+        let compilation = decision::compile(text);
+        let found: Vec<Code> = compilation.diagnostics.iter().map(|d| d.code).collect();
+        assert_eq!(found, [Code::NoFunctions], "{text:?}");
+        assert!(compilation.program.is_some());
+    }
+    // A mistake that leaves nothing is told as that mistake.
+    let wrong = decision::compile("ADN O0,I0\n");
+    assert!(wrong.diagnostics.iter().all(|d| d.code != Code::NoFunctions) && wrong.n_errors > 0);
+}

@@ -92,7 +92,7 @@ fn a_comment_without_its_sign_is_told_from_a_slip() {
         assert!(found(function)[0].starts_with("R1011 2:"), "{function}");
     }
     assert_eq!(problems(&compile("N EQU 3 4")), ["R1010 1:9"]);
-    assert_eq!(problems(&compile("N EQU 3 stands for three")), [""; 0]);
+    assert_eq!(problems(&compile("N EQU 3 stands for three\nAND O0,I0,1L,1L,1L")), [""; 0]);
     assert_eq!(problems(&compile("FF Y0,I0,I1,0 OR O2,Y0,0L,0L,0L")), ["R1005 1:15"]);
 }
 
