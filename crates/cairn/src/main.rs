@@ -143,7 +143,17 @@ fn meant_by(word: &str) -> Option<String> {
     }
     let command = Cli::command();
     let names: Vec<&str> = command.get_subcommands().map(clap::Command::get_name).collect();
-    let subcommand = || settings::did_you_mean(word, names).map(|name| format!("cairn {name}"));
+    // Two letters are too few for likeness: they are meant for what begins and ends with them.
+    let ends = |name: &&&str| {
+        word.len() == 2
+            && name.starts_with(&word[..1])
+            && name.ends_with(&word[1..])
+            && word.is_ascii()
+    };
+    let short = names.iter().find(ends).copied();
+    let subcommand = || {
+        short.or_else(|| settings::did_you_mean(word, names)).map(|name| format!("cairn {name}"))
+    };
     let shipped = ::missions::Mission::shipped();
     if shipped.contains(&word) {
         return Some(format!("cairn run {word}"));

@@ -302,7 +302,7 @@ impl Mission {
             overrides.iter().try_for_each(|given| settings::apply(&mut table, given))?;
             file = table.try_into().map_err(|e: toml::de::Error| MissionError::Override {
                 given: overrides.join(" --set "),
-                problem: settings::clarified(e.to_string().trim_end()),
+                problem: unknown_override(e.to_string().trim_end(), overrides),
             })?;
         }
         let locate = |wrong: error::Wrong| {
@@ -316,6 +316,24 @@ impl Mission {
             Some((_, named)) => MissionError::Setting(Box::new(wrong.in_file(named))),
             None => locate(wrong),
         })
+    }
+}
+
+/// What is wrong with overrides, with the key that was meant where one of them names an unknown one.
+fn unknown_override(message: &str, overrides: &[String]) -> String {
+    let said = settings::clarified(message);
+    let word = message.split("unknown field `").nth(1).and_then(|rest| rest.split('`').next());
+    let Some(word) = word.filter(|_| !said.contains("did you mean")) else { return said };
+    let is_word = |part: &str| part.split('[').next() == Some(word);
+    let meant = overrides.iter().find_map(|given| {
+        let key = given.split_once('=')?.0.trim();
+        let n_parts = 1 + key.split('.').position(is_word)?;
+        let written: Vec<&str> = key.split('.').take(n_parts).collect();
+        settings::meant_key(&written.join("."), TEMPLATE)
+    });
+    match meant {
+        Some(meant) => format!("unknown field `{word}`: did you mean `{meant}`?"),
+        None => said,
     }
 }
 

@@ -16,5 +16,5 @@ mod suggest;
 mod values;
 
 pub use overrides::{OverrideError, apply, setter};
-pub use suggest::{clarified, did_you_mean, told};
+pub use suggest::{clarified, did_you_mean, meant_key, told};
 pub use values::{SettingError, Wrong, choose, range};

@@ -42,6 +42,53 @@ pub fn clarified(message: &str) -> String {
     message.to_owned()
 }
 
+/// The key of `template`, a file with every key, that somebody probably meant who wrote the unknown key `written`
+/// (`table.key`): one of the same last name elsewhere, or one below the same table whose last name is like it.
+///
+/// ```
+/// let template = "[mission]\nseed = 1\n[[robots]]\n[robots.navigator]\nspeed_mps = 0.3\n";
+/// assert_eq!(settings::meant_key("seed", template).as_deref(), Some("mission.seed"));
+/// assert_eq!(settings::meant_key("robots.speed", template).as_deref(), Some("robots.navigator.speed_mps"));
+/// assert_eq!(settings::meant_key("robots.colour", template), None);
+/// ```
+pub fn meant_key(written: &str, template: &str) -> Option<String> {
+    let table: toml::Table = toml::from_str(template).ok()?;
+    let mut keys = Vec::new();
+    collect(&table, "", &mut keys);
+    let plain: Vec<&str> =
+        written.split('.').map(|part| part.split('[').next().unwrap_or(part)).collect();
+    let (&last, before) = plain.split_last()?;
+    let name = |key: &str| key.rsplit('.').next().unwrap_or(key).to_owned();
+    let n_shared = |key: &str| key.split('.').zip(before).take_while(|(a, b)| a == *b).count();
+    let mut same: Vec<&String> = keys.iter().filter(|key| name(key) == last).collect();
+    same.sort_by_key(|key| std::cmp::Reverse(n_shared(key)));
+    if let Some(&key) = same.first() {
+        return (*key != plain.join(".")).then(|| key.clone());
+    }
+    let near: Vec<&String> =
+        keys.iter().filter(|key| before.is_empty() || n_shared(key) > 0).collect();
+    let names: Vec<String> = near.iter().map(|key| name(key)).collect();
+    let meant = did_you_mean(last, names.iter().map(String::as_str))?;
+    let at = names.iter().position(|name| name == meant)?;
+    near.get(at).map(|key| (*key).clone())
+}
+
+/// The keys of a table and of all that is in it, with dots; of an array of tables those of its first.
+fn collect(table: &toml::Table, before: &str, keys: &mut Vec<String>) {
+    for (name, value) in table {
+        let key = if before.is_empty() { name.clone() } else { format!("{before}.{name}") };
+        let inner = match value {
+            toml::Value::Table(inner) => Some(inner),
+            toml::Value::Array(array) => array.first().and_then(toml::Value::as_table),
+            _ => None,
+        };
+        match inner {
+            Some(inner) => collect(inner, &key, keys),
+            None => keys.push(key),
+        }
+    }
+}
+
 /// Letters of a line that a message shows at most.
 const SHOWN_LETTERS: usize = 160;
 

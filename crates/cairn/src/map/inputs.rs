@@ -250,8 +250,20 @@ pub(super) fn start(text: &str) -> Result<Se2, String> {
 
 /// A ring on the command line.
 pub(super) fn ring(text: &str) -> Result<Ring, String> {
-    Ring::by_name(text)
-        .ok_or_else(|| "must be listing8, artemic5, pioneer16, course8 or file".to_owned())
+    // Missions call the two rings of ARTEMIC by the number of their sonars.
+    let name = match text {
+        "five" => "artemic5",
+        "eight" => "listing8",
+        other => other,
+    };
+    Ring::by_name(name).ok_or_else(|| {
+        let names = ["listing8", "artemic5", "pioneer16", "course8", "file", "five", "eight"];
+        let meant = settings::did_you_mean(text, names).map(|meant| format!("; did you mean {meant}?"));
+        format!(
+            "must be artemic5 (or five, as missions say), listing8 (or eight), pioneer16, course8 or file{}",
+            meant.unwrap_or_default()
+        )
+    })
 }
 
 /// Seconds between checkpoints.

@@ -128,7 +128,12 @@ fn points(text: &str) -> anyhow::Result<MovePoints> {
             ("busy", _) => &mut points.busy,
             ("done" | "arrived", _) => &mut points.done,
             ("failed", _) => &mut points.failed,
-            _ => bail!("--points {text}: `{name}` is none of busy, done, failed and pulse"),
+            _ => {
+                let meant = settings::did_you_mean(name, ["busy", "done", "failed", "pulse"]);
+                let meant =
+                    meant.map(|meant| format!("; did you mean `{meant}`?")).unwrap_or_default();
+                bail!("--points {text}: `{name}` is none of busy, done, failed and pulse{meant}")
+            }
         };
         let number = value.trim_start_matches(['I', 'i']).parse::<u8>().ok().filter(|n| *n < 16);
         let Some(number) = number else {
