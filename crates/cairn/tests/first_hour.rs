@@ -17,6 +17,8 @@ fn who_forgets_the_subcommand_is_told_it() {
         ("intel.g2o", "cairn graph intel.g2o"),
         ("log.clf.gz", "cairn map log.clf.gz"),
         ("mission", "cairn missions"),
+        ("rn", "cairn run"),
+        ("rum", "cairn run"),
     ] {
         place.cairn(word).refused(2, &[&format!("`{word}`"), &format!("did you mean `{meant}`?")]);
     }
@@ -33,6 +35,15 @@ fn a_slip_in_a_name_gets_a_suggestion() {
     let run = |set: &str| place.cairn(&format!("run doorbell --headless --set {set}"));
     run("robots.navigator.sped_mps=0.2").refused(2, &["did you mean `speed_mps`?"]);
     run("robots.navigator.route=trial").refused(2, &["did you mean `trail`?"]);
+    run("seed=3").refused(2, &["--set seed=3", "did you mean `mission.seed`?"]);
+    run("robots.speed=3").refused(2, &["did you mean `robots.navigator.speed_mps`?"]);
+    run("colour.x=3").refused(2, &["unknown field `colour`", "expected one of"]);
+    place.write("a.rdpl", "AND O0,I0,1L,1L,1L\n");
+    place
+        .cairn("rdpl a.rdpl --run 1 --points doen=4")
+        .refused(2, &["`doen`", "did you mean `done`?"]);
+    place.cairn("map a.mat --ring fife").refused(2, &["did you mean five?"]);
+    place.cairn("map a.mat --ring five").refused(2, &["a.mat"]);
     place.write("slip.toml", &short_drive(0.3).replace("duration_max_s", "duration_maxs"));
     place
         .cairn("check slip.toml")
@@ -51,6 +62,72 @@ fn an_error_names_the_file_and_the_line_that_is_wrong() {
     place.write("own.toml", "[mission]\nname = \"own\"\n[world]\nmap = \"own.map\"\n");
     place.write("own.map", "no map at all\n");
     place.cairn("check own.toml").refused(2, &["own.map:1:", "no map at all"]);
+}
+
+#[test]
+fn another_sort_of_file_is_named_with_who_takes_it() {
+    let place = Place::new();
+    place.write("own.toml", &short_drive(0.3));
+    place.write("typo.rdpl", "ADN O0,I0,1L,1L,1L\n");
+    place.write("old.toml", &short_drive(0.3).replace('\n', "\r"));
+    let wide: Vec<u8> = short_drive(0.3).encode_utf16().flat_map(u16::to_le_bytes).collect();
+    std::fs::write(place.path("wide.toml"), wide).unwrap();
+    std::fs::write(place.path("out.mcap.gz"), b"\x1f\x8b\x08\x00\xff\xff").unwrap();
+    std::fs::write(place.path("out.mcap"), b"\x89MCAP0\r\n\xff").unwrap();
+    for (arguments, word) in [
+        ("check typo.rdpl", "`cairn rdpl`"),
+        ("robot pioneer3dx --world typo.rdpl", "`cairn rdpl`"),
+        ("run out.mcap --headless", "`cairn replay`"),
+        ("run out.mcap.gz --headless", "gunzip"),
+        ("check wide.toml", "UTF-16"),
+        ("check old.toml", "carriage return"),
+        ("replay out.mcap.gz --headless", "gunzip"),
+        ("replay own.toml --headless", "`cairn run`"),
+        ("graph own.toml", "`cairn run`"),
+        ("graph typo.rdpl", "`cairn rdpl`"),
+        ("map own.toml", "`cairn run`"),
+        ("rdpl out.mcap.gz --check", "gunzip"),
+    ] {
+        let ended = place.cairn(arguments);
+        ended.refused(2, &[word]);
+        assert!(ended.err.len() < 400 && !ended.err.contains("damaged"), "{}", ended.err);
+    }
+    std::fs::copy(place.path("own.toml"), place.path("own.rdpl")).unwrap();
+    place.cairn("rdpl own.rdpl --check").refused(2, &["a mission", "`cairn run`"]);
+    place.piped("check -", "AND O0,I0,1L,1L,1L\n").refused(2, &["standard input", "`cairn rdpl`"]);
+    place
+        .cairn("rdpl doorbell.rdpl --check")
+        .refused(2, &["cairn missions doorbell.rdpl > doorbell.rdpl"]);
+    place.write("no.toml", "[mission]\nname = \"own\"\n[decision]\nprogram_file = \"no.src\"\n");
+    place.cairn("check no.toml").refused(2, &["no.toml:4:", "the decision program no.src"]);
+}
+
+/// Whoever closes the ears of a program gets its exit code still; what could not be printed is no success.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_behind_either_output_is_no_panic() {
+    let place = Place::new();
+    place.write("odd.rdpl", "AND O0,I0,1L,1L,1L\nAND O0,I1,1L,1L,1L\n");
+    place.write("bad.rdpl", "AND O0,I0\n");
+    let full = || std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let code = |arguments: &str, to_err: bool| {
+        let mut command = place.command();
+        command.args(arguments.split_whitespace());
+        command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null());
+        if to_err {
+            command.stderr(full())
+        } else {
+            command.stdout(full())
+        };
+        command.status().unwrap().code()
+    };
+    assert_eq!(code("rdpl odd.rdpl --check", true), Some(0));
+    assert_eq!(code("rdpl bad.rdpl --check", true), Some(1));
+    assert_eq!(code("run nosuch --headless", true), Some(2));
+    assert_eq!(code("--nosuch", true), Some(2));
+    for arguments in ["--help", "--version", "run --help", "missions"] {
+        assert_eq!(code(arguments, false), Some(2), "{arguments}");
+    }
 }
 
 #[test]

@@ -154,8 +154,9 @@ fn by_text(head: &[u8]) -> Option<Sort> {
     match first {
         _ if text.starts_with(';') => Some(Sort::PROGRAM),
         _ if is_function(first) || second.eq_ignore_ascii_case("EQU") => Some(Sort::PROGRAM),
-        "2D-Map" | "2D-Map-Ex" | "2D-Map-Ex2" | "2D-Map-Ex3" | "2D-Map-Ex4" => Some(Sort::MAP),
-        "image:" => Some(Sort::MAP),
+        "2D-Map" | "2D-Map-Ex" | "2D-Map-Ex2" | "2D-Map-Ex3" | "2D-Map-Ex4" | "image:" => {
+            Some(Sort::MAP)
+        }
         "FLASER" | "RLASER" | "ODOM" | "PARAM" | "ROBOTLASER1" | "RAWLASER1" | "TRUEPOS" => {
             Some(Sort::LOG)
         }

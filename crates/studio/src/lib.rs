@@ -15,6 +15,7 @@ mod edges;
 mod history;
 mod library;
 mod mapping;
+mod places;
 mod protocol;
 mod runner;
 mod server;

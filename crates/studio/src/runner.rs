@@ -21,6 +21,7 @@ use crate::{
     edges::Edges,
     history::History,
     library::Library,
+    places,
     protocol::{Log, LogItem, MissionInfo, Refusal, Request, Trace},
     session::{Session, Show},
 };
@@ -405,6 +406,10 @@ impl Runner {
             Request::Goal { robot, pose: [x, y, yaw] } => {
                 if !(x.is_finite() && y.is_finite() && yaw.is_finite()) {
                     return Err("a goal needs three finite numbers".to_owned());
+                }
+                if !self.session.is_replay() {
+                    let run = self.session.run();
+                    places::check_goal(&run.scene(), &run.view().things, Vec2::new(x, y))?;
                 }
                 self.session
                     .apply(Intervention::SendGoal { robot, goal_in_map: Se2::new(x, y, yaw) })?;

@@ -1,3 +1,5 @@
+//! The laser against laws: walls, cosines, materials, sweeps.
+
 use std::f64::consts::{FRAC_PI_4, SQRT_2};
 
 use geometry::{Segment, SegmentWorld};

@@ -117,10 +117,15 @@ programTest("a goal is answered at the click, with the name of the robot", async
   await ensure(page, true);
   await untilTime(page, 1);
   await page.keyboard.press("g");
-  // Where no trail leads.
+  // In the bed: said at once, and nothing is searched for.
   await page.mouse.click(...(await page.evaluate(() => window.cairn.pageOf([-5, 3]))));
+  await page.getByText(/no robot can stand at \(-5\.0\d?, 3\.0\d?\) m: bed is there/).waitFor({ timeout: 3000 });
+  assert.equal(await page.evaluate(() => window.cairn.state().robots[0].goal), null);
+  // Where no trail leads.
+  await page.keyboard.press("g");
+  await page.mouse.click(...(await page.evaluate(() => window.cairn.pageOf([-5, 1.6]))));
   const foot = page.locator(".readout.task");
-  await foot.getByText(/^assistant: looking for a trail to \(-5\.0, 3\.0\)/).waitFor({ timeout: 3000 });
+  await foot.getByText(/^assistant: looking for a trail to \(-5\.0, 1\.6\)/).waitFor({ timeout: 3000 });
 });
 
 programTest("the decision node shows its clock, its events, a stop with fail-safe outputs and a restart by the watchdog", async ({ page, complaints }) => {

@@ -1,3 +1,5 @@
+//! Packets of the LD06 as they are measured, cut and damaged.
+
 use proptest::{array::uniform12, collection::vec, prelude::*};
 
 use super::*;

@@ -1,3 +1,5 @@
+//! Requests and answers of the RPLIDAR A1 as they are published, cut and damaged.
+
 use proptest::{collection::vec, prelude::*};
 
 use super::*;

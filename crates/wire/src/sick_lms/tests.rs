@@ -1,3 +1,5 @@
+//! Telegrams of the SICK LMS as they are published, cut and damaged.
+
 use proptest::{collection::vec, prelude::*};
 
 use super::*;
