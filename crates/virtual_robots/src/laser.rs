@@ -21,7 +21,7 @@ pub use self::{ld06::Ld06Firmware, rplidar::RplidarFirmware, sick_lms::SickLmsFi
 use crate::Board;
 
 /// What one laser on a robot has of its own.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaserConfig {
     /// Which laser, and so which bytes.
     pub kind: LaserKind,

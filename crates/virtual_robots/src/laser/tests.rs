@@ -111,7 +111,9 @@ fn an_ld06_tells_what_it_sees_clockwise_and_wraps_its_clock() {
 
 fn asked(requests: &[Asked]) -> Vec<u8> {
     let mut bytes = Vec::new();
-    requests.iter().for_each(|request| request.encode(&mut bytes));
+    for request in requests {
+        request.encode(&mut bytes);
+    }
     bytes
 }
 
