@@ -45,7 +45,7 @@ fn main() {
     let side = (n as f64).sqrt().ceil() as usize;
     let mut boards: Vec<(BodyId, Box<dyn Board>)> = Vec::new();
     for i in 0..n {
-        let at = |k: usize| (k as f64 - 0.5 * (side - 1) as f64) * 3.0 + 1.5;
+        let at = |k: usize| (k as f64 - 0.5 * (side - 1) as f64) * 3.2 + 0.9;
         let body = world
             .add_robot(RobotPlacement {
                 name: format!("r{i}"),
