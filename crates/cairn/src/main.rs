@@ -114,9 +114,9 @@ fn refused(error: &clap::Error) -> ExitCode {
             let text = error.render();
             let is_coloured = output::colour_on_stdout();
             if is_coloured {
-                say_raw!("{}", text.ansi())
+                say_raw!("{}", text.ansi());
             } else {
-                say_raw!("{text}")
+                say_raw!("{text}");
             }
             return ExitCode::SUCCESS;
         }

@@ -50,7 +50,8 @@ impl LaserArgs {
         if base_from_sensor.position().norm() > 2.0 {
             bail!("--laser-at {}: at most 2 m from the robot's middle", self.laser_at);
         }
-        let bodies: Vec<_> = served.boards().iter().map(|robot| robot.body_id()).collect();
+        let bodies: Vec<_> =
+            served.boards().iter().map(virtual_robots::ServedBoard::body_id).collect();
         for (number, body_id) in bodies.into_iter().enumerate() {
             let name = lines.get(number).map_or_else(String::new, |line| line.name.clone());
             let name = format!("{name}/laser");
@@ -105,7 +106,7 @@ impl LaserArgs {
 
 fn kind(text: &str) -> Result<LaserKind, String> {
     LaserKind::by_name(text).ok_or_else(|| {
-        let hint = settings::did_you_mean(text, LaserKind::ALL.map(LaserKind::name).into_iter());
+        let hint = settings::did_you_mean(text, LaserKind::ALL.map(LaserKind::name));
         let hint = hint.map(|name| format!("; did you mean {name}?")).unwrap_or_default();
         format!("there are {}{hint}", kinds("and"))
     })
