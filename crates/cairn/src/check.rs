@@ -34,8 +34,8 @@ pub(crate) struct Args {
 pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     let mission = given::mission_without_warnings(&args.mission, &args.overrides)?;
     let seed = args.seed.map_or_else(|| mission.seed(), RunSeed);
-    // Walls, things and random boxes must find their places; robots elsewhere are not called.
-    missions::world_of(&mission, seed)?;
+    // Everything must find its place, as in a run; robots elsewhere are not called.
+    missions::can_start(&mission, seed)?;
     let warnings = mission.warnings();
     match args.format {
         Format::Text => print(&mission, seed, &warnings),

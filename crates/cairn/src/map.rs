@@ -113,7 +113,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = inputs::period)]
     checkpoint_s: f64,
     /// Shows in the browser how the map grows, instead of writing it; without a log the page asks for one
-    #[arg(long, conflicts_with_all = ["sweep", "resume", "output"])]
+    #[arg(long, conflicts_with_all = ["sweep", "resume", "output", "format"])]
     show: bool,
     /// The page's port on this computer; the first free one from 7878 unless given, 0 for any
     #[arg(long, value_name = "N", requires = "show")]

@@ -146,7 +146,10 @@ fn a_mission_is_checked_without_being_run() {
     assert!(text.contains("1 pioneer3dx") && text.contains("It can be run."), "{text}");
     place.cairn("check nosuch").refused(2, &["nosuch"]);
     place.cairn("check doorbell --set robots.start=[5.7,-2.9,0]").refused(2, &["start", "counter"]);
-    let far = place.cairn("check doorbell --set robots.start=[100,100,0]").fine().out;
+    // What a run would refuse, the check does.
+    let too_far = ["robots[0].start", "the walls reach"];
+    place.cairn("check doorbell --set robots.start=[100,100,0]").refused(2, &too_far);
+    let far = place.cairn("check doorbell --set robots.start=[7.5,0,0]").fine().out;
     assert!(far.contains("robots[0].start") && far.contains("world.bounds_m"), "{far}");
 }
 

@@ -80,6 +80,15 @@ impl Script {
         entries.sort_by_key(|&(tick, _)| tick);
         Ok(Self { entries })
     }
+
+    /// The times (s, ascending, each once) of what does not happen in a rehearsal of that length, because it ends before.
+    pub fn left_after(&self, duration: Duration) -> Vec<f64> {
+        let n_ticks = whole_ticks(duration);
+        let late = self.entries.iter().map(|&(tick, _)| tick).filter(|&tick| tick >= n_ticks);
+        let mut times: Vec<f64> = late.map(|tick| tick as f64 / 100.0).collect();
+        times.dedup();
+        times
+    }
 }
 
 /// Whole ticks of 10 ms in a number of seconds.
@@ -87,6 +96,10 @@ fn ticks(text: &str) -> Option<u64> {
     let seconds = text.parse::<f64>().ok().filter(|s| (0.0..=TIME_MAX_S).contains(s))?;
     // In range, and a cast of a float truncates.
     Some((seconds * 100.0).round() as u64)
+}
+
+fn whole_ticks(duration: Duration) -> u64 {
+    u64::try_from(duration.as_millis() / 10).unwrap_or(u64::MAX)
 }
 
 fn change(word: &str) -> Result<Change, String> {
@@ -139,7 +152,8 @@ pub struct Row {
     /// What the machine's clock shows.
     pub clock: String,
     /// The watched resources after the scan, in their order: a bit, or a number. Memory that the program
-    /// writes as one bit is one.
+    /// writes as one bit is one; outputs are those in the field, which have their fail-safe values while no program
+    /// drives them.
     pub values: Vec<u8>,
     /// The outputs in the field; bit n is output n.
     pub outputs: u16,
@@ -182,14 +196,18 @@ fn named(machine: &Machine) -> impl Iterator<Item = ResourceId> {
 }
 
 /// Runs a machine through a script; `show` takes each row as it comes. At the end the program is stopped, and
-/// the last row has the outputs' fail-safe values.
+/// the last row has the outputs' fail-safe values. Gives how many MOVE were sent: one that another replaces in the
+/// same scan is not.
+///
+/// As in a mission, a MOVE that is under way when the program stops driving the outputs has failed.
 pub fn rehearse(
     machine: &mut Machine,
     script: &Script,
     plan: &Rehearsal,
     mut show: impl FnMut(&Row),
-) {
+) -> u64 {
     let mut bench = Bench {
+        n_moves_sent: 0,
         moved_at: None,
         stalled: 0,
         row: Row::default(),
@@ -198,8 +216,8 @@ pub fn rehearse(
         is_faulted: machine.fault().is_some(),
         drove: machine.drives_outputs(),
     };
-    let n_ticks = u64::try_from(plan.duration.as_millis() / 10).unwrap_or(u64::MAX);
-    let move_ticks = plan.move_takes.map(|d| u64::try_from(d.as_millis() / 10).unwrap_or(u64::MAX));
+    let n_ticks = whole_ticks(plan.duration);
+    let move_ticks = plan.move_takes.map(whole_ticks);
     let watched: Vec<(ResourceId, bool)> =
         plan.watched.iter().map(|&id| (id, is_bit(machine, id))).collect();
     let mut entries = script.entries.iter().peekable();
@@ -215,7 +233,9 @@ pub fn rehearse(
         }
         machine.tick_10ms();
         if machine.n_watchdog_resets() > bench.n_resets {
+            // What the old program did ends before the new one acts.
             bench.stalled = 0;
+            bench.hear_state(machine);
         }
         if bench.stalled > 0 {
             bench.stalled = bench.stalled.saturating_sub(1);
@@ -237,10 +257,12 @@ pub fn rehearse(
     bench.look(machine, n_ticks, &watched);
     bench.row.news = vec!["the end: the outputs go to their fail-safe values".to_owned()];
     show(&bench.row);
+    bench.n_moves_sent
 }
 
 /// What is kept from tick to tick.
 struct Bench {
+    n_moves_sent: u64,
     /// When the last MOVE was sent, while it is under way.
     moved_at: Option<u64>,
     /// Ticks for which the loop still stands.
@@ -302,13 +324,25 @@ impl Bench {
         self.row.values.clear();
         let value = |&(id, is_bit): &(ResourceId, bool)| {
             let byte = machine.resource(id);
-            if is_bit { byte & 1 } else { byte }
+            match id.family() {
+                Family::Output => u8::from(machine.outputs() >> id.number() & 1 == 1),
+                _ if is_bit => byte & 1,
+                _ => byte,
+            }
         };
         self.row.values.extend(watched.iter().map(value));
         let mut moves = Vec::new();
         machine.drain_moves(|goal| moves.push(goal));
+        let last = machine.n_moves();
         for goal in moves {
             let (number, x, y, heading) = (goal.number, goal.x_mm, goal.y_mm, goal.heading_deg);
+            if number < last {
+                self.tell(format!(
+                    "MOVE {number} is replaced by MOVE {last} in the same scan, and not sent"
+                ));
+                continue;
+            }
+            self.n_moves_sent = self.n_moves_sent.saturating_add(1);
             self.moved_at = Some(tick);
             self.tell(format!("MOVE {number} to ({x}, {y}) mm, {heading} deg"));
         }
@@ -322,8 +356,15 @@ impl Bench {
             let time: DateTime = event.clock;
             self.tell(format!("EVENT {}: {} at {time}", event.kind, event.resource));
         }
-        if machine.n_watchdog_resets() > self.n_resets {
+        self.hear_state(machine);
+    }
+
+    /// Whether the program drives the outputs, and what a change of that means.
+    fn hear_state(&mut self, machine: &mut Machine) {
+        let was_reset = machine.n_watchdog_resets() > self.n_resets;
+        if was_reset {
             self.n_resets = machine.n_watchdog_resets();
+            self.moved_at = None;
             self.tell("the watchdog restarts the program (R8004)");
         }
         if let Some(fault) = machine.fault().filter(|_| !self.is_faulted) {
@@ -333,6 +374,11 @@ impl Bench {
         self.is_faulted = machine.fault().is_some();
         if self.drove && !machine.drives_outputs() {
             self.tell("the outputs go to their fail-safe values");
+            let number = machine.n_moves();
+            if machine.report_move(number, MoveReport::Failed) {
+                self.moved_at = None;
+                self.tell(format!("MOVE {number} is failed: the robot is told to stop"));
+            }
         }
         self.drove = machine.drives_outputs();
     }

@@ -340,3 +340,37 @@ fn neither_ticks_nor_scans_allocate() {
         assert!(n_moves > 0);
     }
 }
+
+/// On the bench as in a mission: of two MOVE in one scan one is sent, a program that is stopped fails its MOVE, and the
+/// outputs shown are those in the field.
+#[test]
+fn the_bench_shows_the_field_and_fails_the_move_of_a_stopped_program() {
+    use decision::{Failsafe, MovePoints, Rehearsal, ResourceId, Script, rehearse};
+    let source = "MOVE I0,1000,0,0,RISE\nMOVE I0,2000,0,0,RISE\nOR O2,I6,0L,0L,0L\n";
+    let program = decision::compile(source).program.expect("correct");
+    let mut machine = decision::Machine::new(program, decision::Mode::Corrected);
+    machine.set_failsafe(Failsafe { on: 1, ..Failsafe::default() });
+    let (busy, done, failed) = (Some(6), Some(4), Some(5));
+    machine.set_move_points(MovePoints { busy, done, failed, ..MovePoints::default() });
+    machine.run();
+    let script = Script::parse("1 I0=1; 2 stop; 4 run; 6 done; 20 I0=0").expect("a script");
+    let seconds = std::time::Duration::from_secs;
+    assert_eq!(script.left_after(seconds(10)), [20.0]);
+    assert!(script.left_after(seconds(21)).is_empty());
+    let watched: Vec<ResourceId> = ["I5", "I6", "O0", "O2"]
+        .iter()
+        .map(|name| ResourceId::by_name(name).expect("a resource"))
+        .collect();
+    let plan = Rehearsal { duration: seconds(10), watched, move_takes: None };
+    let mut rows = Vec::new();
+    let n_sent = rehearse(&mut machine, &script, &plan, |row| rows.push(row.clone()));
+    assert_eq!(n_sent, 1);
+    let row = |t_s: f64| rows.iter().find(|row| row.t_s.to_bits() == t_s.to_bits()).expect("a row");
+    assert!(row(1.0).news[0].contains("MOVE 1 is replaced by MOVE 2"), "{:?}", row(1.0));
+    assert!(row(1.0).news[1].starts_with("MOVE 2 to (2000, 0)"), "{:?}", row(1.0));
+    assert_eq!(row(1.0).values, [0, 1, 0, 1]);
+    assert_eq!(row(2.0).values[2..], [1, 0], "the outputs in the field");
+    assert!(row(2.0).news.iter().any(|n| n.starts_with("MOVE 2 is failed")), "{:?}", row(2.0));
+    assert_eq!(row(4.0).values, [1, 0, 0, 0]);
+    assert_eq!(row(6.0).news, ["no MOVE is under way that could be done"]);
+}

@@ -43,7 +43,7 @@ pub use mission::{ExpectedVerdict, Mission, MissionError, SettingError, ShippedI
 pub use outline::{Mark, Outline};
 pub use record::{RecordError, Recorder};
 pub use replay::{Divergence, Replay, ReplayError, ReplayReport, Seek};
-pub use run::{DRIVE_HOLD, Run, RunError, STEP, world_of};
+pub use run::{DRIVE_HOLD, Run, RunError, STEP, can_start, world_of};
 pub use sensing::{PoseReport, RingRow, SensedRun, SensedStep, SensorLog, sense};
 pub use summary::{Figure, Summary};
 pub use transport::{MemoryTransport, SerialTransport, TcpTransport, Transport, TransportError};

@@ -20,6 +20,7 @@ use std::{
 use run_context::{RunSeed, Stamp};
 
 pub(crate) use check::{overlap, rectangle};
+pub(crate) use error::Wrong;
 pub use error::{MissionError, SettingError};
 use file::MissionFile;
 use inline::Shelf;
@@ -50,6 +51,26 @@ pub struct Mission {
     read_from: Vec<PathBuf>,
     /// What had to be guessed when they were read, a sentence each.
     guesses: Vec<String>,
+    source: Source,
+}
+
+/// The text that a mission was read from, so that a later error can say where.
+#[derive(Clone, Debug)]
+struct Source {
+    origin: String,
+    text: String,
+    overrides: Vec<String>,
+}
+
+impl Source {
+    /// Of a mission that was put together in memory.
+    fn none() -> Self {
+        Self { origin: "the mission".to_owned(), text: String::new(), overrides: Vec::new() }
+    }
+
+    fn locate(&self, wrong: error::Wrong) -> SettingError {
+        wrong.located(&self.origin, &self.text, &self.overrides)
+    }
 }
 
 /// The checked tables.
@@ -269,7 +290,12 @@ impl Mission {
     }
 
     pub(crate) fn from_parts(file: MissionFile, parts: Parts) -> Self {
-        Self { file, parts, read_from: Vec::new(), guesses: Vec::new() }
+        Self { file, parts, read_from: Vec::new(), guesses: Vec::new(), source: Source::none() }
+    }
+
+    /// Puts what is wrong at its place in the text that the mission was read from.
+    pub(crate) fn locate(&self, wrong: error::Wrong) -> SettingError {
+        self.source.locate(wrong)
     }
 
     pub(crate) fn parts(&self) -> &Parts {
@@ -305,17 +331,23 @@ impl Mission {
                 problem: unknown_override(e.to_string().trim_end(), overrides),
             })?;
         }
-        let locate = |wrong: error::Wrong| {
-            MissionError::Setting(Box::new(wrong.located(origin, text, overrides)))
+        let source = Source {
+            origin: origin.to_owned(),
+            text: text.to_owned(),
+            overrides: overrides.to_vec(),
         };
+        let locate = |wrong: error::Wrong| MissionError::Setting(Box::new(source.locate(wrong)));
         let files = inline::inline(&mut file, shelf).map_err(|fault| match fault {
             inline::Fault::Named(wrong) => locate(*wrong),
             inline::Fault::Within(error) => MissionError::Setting(error),
         })?;
-        check::check(file).map_err(|wrong| match files.iter().find(|(key, _)| *key == wrong.key) {
-            Some((_, named)) => MissionError::Setting(Box::new(wrong.in_file(named))),
-            None => locate(wrong),
-        })
+        let checked = check::check(file);
+        let mission =
+            checked.map_err(|wrong| match files.iter().find(|(key, _)| *key == wrong.key) {
+                Some((_, named)) => MissionError::Setting(Box::new(wrong.in_file(named))),
+                None => locate(wrong),
+            })?;
+        Ok(Self { source, ..mission })
     }
 }
 

@@ -139,8 +139,8 @@ impl Replay {
         Self::open_with(path, &[])
     }
 
-    /// As [`Replay::open`], with settings overridden (`table.key=value`): the same events, seed and
-    /// interventions under other parameters. Differences are then expected, and it runs on to a verdict of its own; the
+    /// As [`Replay::open`], with settings overridden (`table.key=value`): the same events and interventions
+    /// under other parameters, and the same seed unless `mission.seed` is among them. Differences are then expected, and it runs on to a verdict of its own; the
     /// order to stand with which the recorded run ended ([`Intervention::Halt`]) is left out.
     ///
     /// # Errors
@@ -197,7 +197,10 @@ impl Replay {
         if mission.has_real_robot() {
             return Err(ReplayError::RealRobot);
         }
-        let run = Run::new(mission, RunSeed(head.seed))?;
+        // A seed that is asked for is one of the changed settings.
+        let recorded = RunSeed(head.seed);
+        let seed = settings::setter(overrides, "mission.seed").map_or(recorded, |_| mission.seed());
+        let run = Run::new(mission, seed)?;
         Ok(Self {
             head,
             run,

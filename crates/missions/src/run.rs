@@ -41,7 +41,7 @@ use crate::{
     cut::{Direction, Line},
     intervention::{Intervention, InterventionError, RecordedIntervention, to_thousandths},
     mission::{
-        Mission,
+        Mission, SettingError,
         plan::{Action, GoalPose},
     },
     sensing::SensedStep,
@@ -87,26 +87,16 @@ const PRESS_STEPS: u64 = 50;
 #[non_exhaustive]
 pub enum RunError {
     /// The simulator refuses the world.
-    #[error("the world of mission `{mission}` cannot be built: {source}")]
+    #[error("{place}: the world cannot be built: {source}")]
     World {
-        /// The mission.
-        mission: String,
+        /// Where the mission says it: file, line and column as far as they are known, and the key.
+        place: String,
         /// Why.
         source: simulator::WorldError,
     },
-    /// A random box found no place.
-    #[error(
-        "no place for `{name}` after {tries} tries with seed {seed}: make the region larger, or \
-         passage_m or clearance_m smaller"
-    )]
-    NoPlace {
-        /// The box.
-        name: String,
-        /// Places tried.
-        tries: u32,
-        /// The seed.
-        seed: u64,
-    },
+    /// A value with which this seed cannot be run: a random box finds no place.
+    #[error(transparent)]
+    Setting(Box<SettingError>),
     /// A robot elsewhere cannot be reached.
     #[error("robot `{robot}`: {source}")]
     Transport {
@@ -162,6 +152,17 @@ pub struct Run {
 pub fn world_of(mission: &Mission, seed: RunSeed) -> Result<(World, Option<Se2>), RunError> {
     let (world, _) = build::world(mission, seed)?;
     Ok((world, mission.parts().robots.first().map(|robot| robot.start)))
+}
+
+/// Whether a mission can be started with a seed: builds everything that [`Run::new`] does, except that robots
+/// elsewhere are not called. Cost: that of a start.
+///
+/// # Errors
+///
+/// [`RunError`], the same that [`Run::new`] would give.
+pub fn can_start(mission: &Mission, seed: RunSeed) -> Result<(), RunError> {
+    let (mut world, _) = build::world(mission, seed)?;
+    build::bodies(mission, &mut world).map(|_bodies| ())
 }
 
 impl Run {
@@ -778,7 +779,7 @@ impl Run {
     fn judge_step(&mut self) {
         let is_over = self.now() >= self.mission.end();
         let machine = self.decision.as_ref().map(DecisionNode::machine);
-        let n_moves = machine.map_or(0, decision::Machine::n_moves);
+        let n_moves = self.decision.as_ref().map_or(0, DecisionNode::n_moves_sent);
         let facts = judge::Facts {
             now: self.now(),
             is_over,

@@ -92,7 +92,7 @@ impl Moment {
         match self {
             Self::Connecting => true,
             Self::Aiming => robot.phase == "looking for the trail",
-            Self::Following => robot.phase == "following the trail",
+            Self::Following => robot.phase.starts_with("following "),
             Self::Turning => left * right < 0.0 && (right - left).abs() > 0.1,
             Self::Avoiding => {
                 matches!(robot.phase, "avoiding an obstacle" | "rejoining the trail")

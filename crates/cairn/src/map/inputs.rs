@@ -54,6 +54,10 @@ impl Inputs {
         if let (Some(path), false) = (&args.log2, takes_second) {
             bail!("{}: a {format} has no second file; leave {} out", log.display(), path.display());
         }
+        if let (Some(robot), false) = (&args.robot, format == Format::CairnMcap) {
+            let what = "only a recording (MCAP) names its robots";
+            bail!("{}: {what}, and a {format} does not: leave --robot {robot} out", log.display());
+        }
         let name = file_name(log);
         let mut complaints = vec![(name.clone(), complaints)];
         let mut known = Known::default();

@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 
 use crate::{
     given,
-    output::{Format, say, table},
+    output::{Format, complain, say, table},
 };
 
 /// Bytes of a table of inputs that are read at most.
@@ -24,7 +24,7 @@ const RUN_MAX_S: f64 = 604_800.0;
 /// Options of a rehearsal.
 #[derive(Debug, clap::Args)]
 pub(super) struct BenchArgs {
-    /// Runs the program alone for so many seconds and prints what changed; writes nothing else
+    /// Runs the program alone for so many seconds and prints what changed; writes no image and no listing
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub(super) run: Option<Duration>,
     /// What happens when: "2 I0=1; 2.5 I0=0 A0=200; 9 done"; may be given several times
@@ -71,10 +71,16 @@ pub(super) fn main(
     let Some(duration) = args.run else { return Ok(ExitCode::SUCCESS) };
     let mut machine = machine(args, program, mode)?;
     let script = Script::parse(&script(args)?).context("in the table of inputs")?;
+    for late_s in script.left_after(duration) {
+        complain!(
+            "cairn: warning: what the table of inputs has at {late_s} s never happens: the run ends after {} s (--run)",
+            duration.as_secs_f64()
+        );
+    }
     let watched = watched(args, &machine)?;
     let plan = Rehearsal { duration, watched, move_takes: args.move_takes };
     let (mut rows, mut n_rows) = (Vec::new(), 0_usize);
-    rehearse(&mut machine, &script, &plan, |row| {
+    let n_moves = rehearse(&mut machine, &script, &plan, |row| {
         n_rows += 1;
         if rows.len() < N_ROWS_MAX {
             rows.push(row.clone());
@@ -82,9 +88,9 @@ pub(super) fn main(
     });
     let n_left = n_rows - rows.len();
     match format {
-        Format::Text => print_text(&machine, &plan, &rows, n_left),
+        Format::Text => print_text((&machine, n_moves), &plan, &rows, n_left),
         Format::Json => {
-            let mut object = as_json(&machine, &plan, &rows, n_left);
+            let mut object = as_json((&machine, n_moves), &plan, &rows, n_left);
             object["diagnostics"] = problems;
             say!("{object}");
         }
@@ -197,7 +203,7 @@ fn watched(args: &BenchArgs, machine: &Machine) -> anyhow::Result<Vec<ResourceId
     pairs(text).map(id).collect()
 }
 
-fn print_text(machine: &Machine, plan: &Rehearsal, rows: &[Row], n_left: usize) {
+fn print_text((machine, n_moves): (&Machine, u64), plan: &Rehearsal, rows: &[Row], n_left: usize) {
     let mut lines = vec![vec!["time_s".to_owned()]];
     if let Some(head) = lines.first_mut() {
         head.extend(plan.watched.iter().map(ToString::to_string));
@@ -216,7 +222,7 @@ fn print_text(machine: &Machine, plan: &Rehearsal, rows: &[Row], n_left: usize) 
     say!(
         "\n{} scans, {} MOVE, {} events, {} restarts by the watchdog. The clock shows {}.",
         machine.n_scans(),
-        machine.n_moves(),
+        n_moves,
         machine.n_events(),
         machine.n_watchdog_resets(),
         machine.clock()
@@ -227,7 +233,12 @@ fn print_text(machine: &Machine, plan: &Rehearsal, rows: &[Row], n_left: usize) 
     }
 }
 
-fn as_json(machine: &Machine, plan: &Rehearsal, rows: &[Row], n_left: usize) -> Value {
+fn as_json(
+    (machine, n_moves): (&Machine, u64),
+    plan: &Rehearsal,
+    rows: &[Row],
+    n_left: usize,
+) -> Value {
     let row = |row: &Row| {
         let values: Map<String, Value> = plan
             .watched
@@ -247,7 +258,7 @@ fn as_json(machine: &Machine, plan: &Rehearsal, rows: &[Row], n_left: usize) -> 
         "rows": rows.iter().map(row).collect::<Vec<_>>(),
         "rows_left_out": n_left,
         "scans": machine.n_scans(),
-        "moves": machine.n_moves(),
+        "moves": n_moves,
         "last_move": machine.move_state().name(),
         "events": machine.n_events(),
         "watchdog_resets": machine.n_watchdog_resets(),

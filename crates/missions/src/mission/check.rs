@@ -3,11 +3,13 @@
 mod common;
 mod environment;
 mod hints;
+mod keys;
 mod map;
 mod ring;
 mod robots;
 mod tags;
 mod tasks;
+mod unused;
 
 pub(crate) use environment::{overlap, rectangle};
 pub(super) use hints::warnings;
@@ -31,7 +33,7 @@ pub(super) fn check(file: MissionFile) -> Checked<Mission> {
     let pheromones = file.pheromones.as_ref().map(environment::pheromones).transpose()?;
     let tags = file.tags.as_ref().map(|t| tags::tags(&file, t)).transpose()?;
     let world = environment::world(&file, pheromones.as_ref())?;
-    environment::starts_are_free(&world, &robots)?;
+    environment::starts_are_free(&file, &world, &robots)?;
     let decision = file.decision.as_ref();
     let decision = decision.map(|d| tasks::decision(d, &devices, &robots)).transpose()?;
     for (i, robot) in file.robots.iter().enumerate() {

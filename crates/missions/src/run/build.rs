@@ -4,13 +4,15 @@ use geometry::{Polygon, Ray, RayCaster, Se2, SegmentWorld, Vec2};
 use path_following::Path;
 use rand_core::Rng;
 use run_context::{RandomStream, RunSeed, Stamp};
-use simulator::{PersonSpec, RobotPlacement, ThingKind, ThingSpec, World, WorldSpec};
+use simulator::{
+    BodyId, PersonSpec, RobotPlacement, ThingKind, ThingSpec, World, WorldError, WorldSpec,
+};
 
 use super::{RunError, STEP, ground::DecisionNode, tags, vehicle::Vehicle};
 use crate::{
     intervention::InterventionError,
     mission::{
-        Mission, overlap,
+        Mission, SettingError, Wrong, overlap,
         plan::{BoxRegion, LinkPlan, PersonPlan, PlannedKind, RandomBoxes, RobotPlan, ThingPlan},
         rectangle,
     },
@@ -35,11 +37,11 @@ pub(super) fn world(mission: &Mission, seed: RunSeed) -> Result<(World, u64), Ru
     );
     let mut things: Vec<ThingSpec> = plan.things.iter().filter_map(thing_spec).collect();
     let people: Vec<PersonSpec> = plan.people.iter().map(|p| person_spec(p, seed)).collect();
-    for boxes in &plan.random_boxes {
-        random_boxes(mission, seed, boxes, &static_map, &mut things)?;
+    for (table, boxes) in plan.random_boxes.iter().enumerate() {
+        random_boxes(mission, seed, (table, boxes), &static_map, &mut things)?;
     }
     let n_things = things.len() as u64;
-    let refuse = |source| RunError::World { mission: mission.name().to_owned(), source };
+    let refuse = |source| refused(mission, source);
     let spec = WorldSpec { static_map, things, people };
     let mut world = World::new(spec, seed, STEP).map_err(refuse)?;
     if let Some(floor) = mission.parts().tags.as_ref().and_then(|plan| tags::floor(plan, seed)) {
@@ -89,7 +91,7 @@ fn uniform(rng: &mut RandomStream) -> f64 {
 fn random_boxes(
     mission: &Mission,
     seed: RunSeed,
-    boxes: &RandomBoxes,
+    (table, boxes): (usize, &RandomBoxes),
     walls: &SegmentWorld,
     things: &mut Vec<ThingSpec>,
 ) -> Result<(), RunError> {
@@ -102,7 +104,14 @@ fn random_boxes(
             is_fit(mission, boxes, pose, walls, things).then_some(pose)
         });
         let Some(pose) = place else {
-            return Err(RunError::NoPlace { name, tries: TRIES_MAX, seed: seed.0 });
+            let key = format!("world.random_boxes[{table}].count");
+            let (n, seed) = (boxes.count, seed.0);
+            let found =
+                format!("{n} (no place for `{name}` after {TRIES_MAX} tries with seed {seed})");
+            let allowed =
+                "fewer, or the region larger, or size_m, passage_m or clearance_m smaller";
+            let wrong = Wrong::prose(key, found, allowed);
+            return Err(RunError::Setting(Box::new(mission.locate(wrong))));
         };
         things.extend(thing_spec(&ThingPlan {
             name,
@@ -185,25 +194,62 @@ fn widest_side_m(mission: &Mission, boxes: &RandomBoxes, pose: Se2, walls: &Segm
     gap(left).max(gap(-left))
 }
 
+/// What the simulator refuses, with the place of the table that it is about.
+fn refused(mission: &Mission, source: WorldError) -> RunError {
+    let named = match &source {
+        WorldError::Range { name, .. }
+        | WorldError::DuplicateName { name }
+        | WorldError::SpawnBlocked { name, .. }
+        | WorldError::SpawnOutside { name, .. }
+        | WorldError::ThingBlocked { name, .. }
+        | WorldError::Material { name, .. }
+        | WorldError::EmptyRoute { name }
+        | WorldError::Errors { name, .. }
+        | WorldError::Sonar { name, .. } => name.as_str(),
+        _ => "",
+    };
+    let parts = mission.parts();
+    let file = mission.file();
+    let group = parts.robots.iter().find(|r| r.name == named).map(|r| r.group.as_str());
+    let robot = file.robots.iter().position(|r| Some(r.name.as_str()) == group);
+    let thing = || file.world.things.iter().position(|t| t.name == named);
+    let person = || file.world.people.iter().position(|p| p.name == named);
+    let key = robot
+        .map(|i| format!("robots[{i}].start"))
+        .or_else(|| thing().map(|i| format!("world.things[{i}].at_m")))
+        .or_else(|| person().map(|i| format!("world.people[{i}].route_m")))
+        .unwrap_or_else(|| "world".to_owned());
+    let SettingError { origin, position, key, .. } = mission.locate(Wrong::prose(key, "", ""));
+    let place = match position {
+        Some((line, column)) => format!("{origin}:{line}:{column}: {key}"),
+        None => format!("{origin}: {key}"),
+    };
+    RunError::World { place, source }
+}
+
+/// Puts the bodies of the robots into the world; one that is elsewhere has none.
+pub(super) fn bodies(
+    mission: &Mission,
+    world: &mut World,
+) -> Result<Vec<Option<BodyId>>, RunError> {
+    let body = |plan: &RobotPlan| match plan.link {
+        LinkPlan::Tcp { .. } | LinkPlan::Serial { .. } => Ok(None),
+        LinkPlan::Memory(_) | LinkPlan::Direct => {
+            world.add_robot(placement(plan)).map(Some).map_err(|source| refused(mission, source))
+        }
+    };
+    mission.parts().robots.iter().map(body).collect()
+}
+
 /// The robots' nodes, each with its body in the world unless it is elsewhere.
 pub(super) fn vehicles(
     mission: &Mission,
     seed: RunSeed,
     world: &mut World,
 ) -> Result<Vec<Vehicle>, RunError> {
-    let mut vehicles = Vec::with_capacity(mission.n_robots());
-    for (index, plan) in mission.parts().robots.iter().enumerate() {
-        let body = match plan.link {
-            LinkPlan::Tcp { .. } | LinkPlan::Serial { .. } => None,
-            LinkPlan::Memory(_) | LinkPlan::Direct => {
-                let refuse =
-                    |source| RunError::World { mission: mission.name().to_owned(), source };
-                Some(world.add_robot(placement(plan)).map_err(refuse)?)
-            }
-        };
-        vehicles.push(Vehicle::new(mission, index, body, seed)?);
-    }
-    Ok(vehicles)
+    let bodies = bodies(mission, world)?;
+    let vehicle = |(index, body)| Vehicle::new(mission, index, body, seed);
+    bodies.into_iter().enumerate().map(vehicle).collect()
 }
 
 fn placement(plan: &RobotPlan) -> RobotPlacement {

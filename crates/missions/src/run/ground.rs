@@ -26,6 +26,8 @@ pub(super) struct DecisionNode {
     /// Whether a robot on its way stops when the program does.
     stops_robot: bool,
     n_scans: u64,
+    /// MOVE that were sent: those that another in the same scan replaced were not.
+    n_moves_sent: u64,
     cycle_max_ms: f64,
     /// Steps for which its loop still stands, as a mission may want it.
     stalled_steps: u64,
@@ -70,6 +72,7 @@ impl DecisionNode {
             robot: plan.robot,
             stops_robot: plan.stops_robot,
             n_scans: 0,
+            n_moves_sent: 0,
             cycle_max_ms: 0.0,
             stalled_steps: 0,
             told: Told::default(),
@@ -110,8 +113,9 @@ impl DecisionNode {
         self.hear(told, &mut ask);
         self.machine.tick_10ms();
         if self.machine.n_watchdog_resets() > self.told.n_watchdog_resets {
-            // The watchdog has started the loop again.
+            // The watchdog has started the loop again: what the old program did ends before the new one acts.
             self.stalled_steps = 0;
+            self.tell(&mut ask);
         }
         if self.stalled_steps > 0 {
             self.stalled_steps -= 1;
@@ -161,6 +165,7 @@ impl DecisionNode {
                 let text = format!("MOVE {number} replaces MOVE {before}, which was under way");
                 ask(Request::Tell(LogLevel::Info, text));
             }
+            self.n_moves_sent += 1;
             ask(Request::Move(number, pose(goal)));
         });
     }
@@ -222,9 +227,9 @@ impl DecisionNode {
         self.n_scans
     }
 
-    /// MOVE commands so far.
-    pub(super) fn n_moves(&self) -> u64 {
-        self.machine.n_moves()
+    /// MOVE commands that were sent so far.
+    pub(super) fn n_moves_sent(&self) -> u64 {
+        self.n_moves_sent
     }
 
     /// The longest scan so far on the thesis's microcontroller, ms.

@@ -167,21 +167,8 @@ impl Item {
                 let text = format!("{n} restarts by the watchdog (wanted {wanted})");
                 ("watchdog", n == *wanted, text)
             }
-            Requirement::ClearanceMin(wanted) => {
-                let least = facts.metrics.iter().map(RobotMetrics::clearance_min_m);
-                let least = least.fold(f64::INFINITY, f64::min);
-                let text = format!("nearest surface {least:.2} m away (at least {wanted:.2} m)");
-                ("clearance", least >= *wanted, text)
-            }
-            Requirement::CrossTrackRmsMax(wanted) => {
-                match facts.metrics.first().and_then(RobotMetrics::cross_track_rms_m) {
-                    Some(rms) => {
-                        let text = format!("{rms:.3} m off the trail, rms (allowed {wanted:.3} m)");
-                        ("cross track", rms <= *wanted, text)
-                    }
-                    None => ("cross track", false, "the trail was never followed".to_owned()),
-                }
-            }
+            Requirement::ClearanceMin(wanted) => clearance(*wanted, facts),
+            Requirement::CrossTrackRmsMax(wanted) => cross_track(*wanted, facts),
             Requirement::Stayed { robots, within_m } => {
                 let most = robots.iter().map(|&r| facts.metrics[r].strayed_max_m);
                 let most = most.fold(0.0, f64::max);
@@ -290,6 +277,32 @@ impl Item {
             vehicle.name,
             turn_rad.to_degrees()
         )
+    }
+}
+
+/// Name, outcome and words of the least distance of all robots, at least `wanted_m`.
+fn clearance(wanted_m: f64, facts: &Facts<'_>) -> (&'static str, bool, String) {
+    let least = facts.metrics.iter().map(RobotMetrics::clearance_min_m);
+    let least = least.fold(f64::INFINITY, f64::min);
+    let seen = facts.metrics.iter().filter_map(RobotMetrics::clearance_seen_m);
+    let text = match seen.reduce(f64::min) {
+        Some(seen_m) => format!("nearest surface {seen_m:.2} m away"),
+        None => "no surface within 5 m".to_owned(),
+    };
+    ("clearance", least >= wanted_m, format!("{text} (at least {wanted_m:.2} m)"))
+}
+
+/// The same of the first robot's distance from what it follows, at most `wanted_m`.
+fn cross_track(wanted_m: f64, facts: &Facts<'_>) -> (&'static str, bool, String) {
+    let has_path =
+        facts.robots.first().is_some_and(|r| r.path.is_some() || r.teleoperator.is_some());
+    let what = if has_path { "path" } else { "trail" };
+    match facts.metrics.first().and_then(RobotMetrics::cross_track_rms_m) {
+        Some(rms) => {
+            let text = format!("{rms:.3} m off the {what}, rms (allowed {wanted_m:.3} m)");
+            ("cross track", rms <= wanted_m, text)
+        }
+        None => ("cross track", false, format!("the {what} was never followed")),
     }
 }
 

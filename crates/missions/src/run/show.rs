@@ -1,6 +1,6 @@
 //! The changing part of what a run shows, and its figures.
 
-use super::{Run, ground::DecisionNode, metrics::RobotMetrics, scene, vehicle::Vehicle, words};
+use super::{Run, ground::DecisionNode, metrics::RobotMetrics, scene, vehicle::Vehicle};
 use crate::{
     summary::{Figure, Summary},
     view::{Pose, ViewDecision, ViewFigures, ViewPerson, ViewRobot, ViewState, ViewTimer},
@@ -56,7 +56,7 @@ fn robot(run: &Run, vehicle: &Vehicle, metrics: &RobotMetrics) -> ViewRobot {
         sonar_m: status.map_or_else(Vec::new, |s| shown(&s.sonar_ranges_m, s.n_sonars)),
         bubble_m: shown(&mind.bubble_limits_m, mind.n_sonars),
         phase: vehicle.phase_name(),
-        task: words::task(&mind),
+        task: vehicle.task(&mind),
         avoider_state: mind.avoider_state,
         avoider_name: mind.avoider_name,
         goal: mind.goal_in_map.map(|g| g.se2().into()),
@@ -154,7 +154,7 @@ pub(super) fn summary(run: &Run) -> Summary {
         figures.push(figure("arrived_robots", Some(arrived as f64), "robots that report arrival"));
     }
     if let Some(decision) = &run.decision {
-        let moves = Some(decision.n_moves() as f64);
+        let moves = Some(decision.n_moves_sent() as f64);
         figures.push(figure("moves_sent", moves, "MOVE sent by the decision program"));
         let cycle = Some(decision.cycle_max_ms());
         let about =
@@ -198,13 +198,13 @@ fn robot_figures(run: &Run, m: &RobotMetrics, figures: &mut Vec<Figure>) {
     let clearances = run.metrics.iter().filter_map(RobotMetrics::clearance_seen_m);
     let known = |value: f64| m.is_simulated().then_some(value);
     figures.extend([
-        figure("arrival_s", arrival_s, "when the first robot reported arrival"),
-        figure("drive_time_s", m.drive_time_s(), "from its goal to its arrival"),
-        figure("path_length_m", Some(m.path_length_m), "way driven"),
+        figure("arrival_s", arrival_s, "when the mission's first robot reported arrival"),
+        figure("drive_time_s", m.drive_time_s(), "first robot: from its goal to its arrival"),
+        figure("path_length_m", Some(m.path_length_m), "first robot: way driven"),
         figure(
             "way_since_cut_m",
             m.way_since_cut_m(),
-            "way after a line was cut, until the next order",
+            "first robot: way after a line was cut, until the next order",
         ),
         figure("contacts", all_known.then_some(contacts as f64), "contacts of all robots"),
         figure(
@@ -215,12 +215,20 @@ fn robot_figures(run: &Run, m: &RobotMetrics, figures: &mut Vec<Figure>) {
         figure(
             "cross_track_rms_m",
             m.cross_track_rms_m(),
-            "distance from the trail or path while following",
+            "first robot: distance from the trail or path while following",
         ),
         figure("cross_track_max_m", m.cross_track_max_m(), "the same, greatest"),
-        figure("turn_reversals", known(m.n_turn_reversals as f64), "changes of turning direction"),
-        figure("turn_rate_rms_radps", m.turn_rate_rms_radps(), "turn rate while moving"),
-        figure("energy_jpkg", known(m.energy_jpkg), "work of the wheels per mass"),
+        figure(
+            "turn_reversals",
+            known(m.n_turn_reversals as f64),
+            "first robot: changes of turning direction",
+        ),
+        figure(
+            "turn_rate_rms_radps",
+            m.turn_rate_rms_radps(),
+            "first robot: turn rate while moving",
+        ),
+        figure("energy_jpkg", known(m.energy_jpkg), "first robot: work of the wheels per mass"),
     ]);
 }
 
@@ -230,18 +238,25 @@ fn link_figures(run: &Run, vehicle: &Vehicle, figures: &mut Vec<Figure>) {
     let received = traffic.map(|t| t.n_bytes_received as f64);
     let questions = traffic.map(|t| t.n_requests as f64);
     let errors = traffic.map(|t| t.n_errors() as f64);
+    // Of a server that the mission has not there is nothing to say.
+    let cycle_about = match run.mission.parts().pheromones {
+        Some(_) => {
+            "first robot: longest dialogue of a control cycle with the pheromone server, as it took on the line (at most 200)"
+        }
+        None => "first robot: longest dialogue with a pheromone server; the mission has none",
+    };
     figures.extend([
-        figure("robot_link_ratio", robot, "busier direction of the robot link: time used"),
+        figure("robot_link_ratio", robot, "first robot: busier direction of its link, time used"),
         figure("pheromone_link_ratio", server, "the same of the link to the server"),
         figure("pheromone_received_bytes", received, "characters that the server received"),
         figure("pheromone_questions", questions, "questions that it answered"),
-        figure("pheromone_errors", errors, "frames that it received in vain: broken or no question"),
-        figure("ground_link_ratio", ground, "the same of the link to the ground"),
         figure(
-            "navigation_cycle_max_ms",
-            vehicle.cycle_max_ms(),
-            "longest dialogue of a control cycle with the pheromone server, as it took on the line (at most 200)",
+            "pheromone_errors",
+            errors,
+            "frames that it received in vain: broken or no question",
         ),
+        figure("ground_link_ratio", ground, "the same of the link to the ground"),
+        figure("navigation_cycle_max_ms", vehicle.cycle_max_ms(), cycle_about),
     ]);
 }
 

@@ -9,7 +9,8 @@ use drivers::{
 };
 use geometry::{Se2, Transform2};
 use navigator::{
-    Command, FailureReason, GroundCommand, Navigator, Observation, Phase, RobotStatus, Sensed,
+    Command, FailureReason, GroundCommand, Navigator, NavigatorView, Observation, Phase,
+    RobotStatus, Sensed,
 };
 use pheromones::{Field, ServerConfig, ServerCounters};
 use robot_models::{RobotModel, WheelSpeeds};
@@ -88,6 +89,8 @@ pub(super) struct Vehicle {
     is_lost: bool,
     asked_at: Option<(u8, Stamp)>,
     cycle_max_ms: Option<f64>,
+    /// Whether it was given a path; otherwise what it follows is a trail.
+    has_path: bool,
     commands: Vec<Command>,
     scratch: Scratch,
     taps: Option<Box<[(Tap, Packets); 3]>>,
@@ -170,6 +173,7 @@ impl Vehicle {
             is_lost: false,
             asked_at: None,
             cycle_max_ms: None,
+            has_path: plan.path.is_some(),
             commands: Vec::with_capacity(16),
             scratch: Scratch::default(),
             taps: None,
@@ -423,11 +427,11 @@ impl Vehicle {
             Phase::Failed(reason) => {
                 (LogLevel::Bad, format!("gives up: {}", words::failure(reason, view.scouting)))
             }
-            Phase::AimAtTrail => (LogLevel::Info, words::task(&view)),
+            Phase::AimAtTrail => (LogLevel::Info, self.task(&view)),
             Phase::Avoid | Phase::Wait | Phase::LostTrail => {
-                (LogLevel::Warn, phase.name().to_owned())
+                (LogLevel::Warn, words::phase(phase, self.has_path).to_owned())
             }
-            _ => (LogLevel::Info, phase.name().to_owned()),
+            _ => (LogLevel::Info, words::phase(phase, self.has_path).to_owned()),
         };
         self.news.push((level, format!("{}: {text}", self.name)));
     }
@@ -457,7 +461,12 @@ impl Vehicle {
             return "driven by hand";
         }
         let by_hand = self.teleoperator.as_ref().and_then(Teleoperator::phase_name);
-        by_hand.unwrap_or_else(|| self.navigator.phase().name())
+        by_hand.unwrap_or_else(|| words::phase(self.navigator.phase(), self.has_path))
+    }
+
+    /// What it does about its goal, in a sentence; `view` is its navigator's.
+    pub(super) fn task(&self, view: &NavigatorView<'_>) -> String {
+        words::task(view, self.has_path)
     }
 
     /// What it sensed in the last step.

@@ -4,13 +4,13 @@ use geometry::Vec2;
 use navigator::{FailureReason, NavigatorView, Phase, Scouting};
 
 /// What the robot does about its goal, or why it does nothing; empty without a goal.
-pub(super) fn task(view: &NavigatorView<'_>) -> String {
+pub(super) fn task(view: &NavigatorView<'_>, has_path: bool) -> String {
     let Some(goal) = view.goal_in_map.map(|goal| goal.se2().position()) else {
         return String::new();
     };
     let place = place(goal);
     match view.phase {
-        Phase::AimAtTrail => {
+        Phase::AimAtTrail if !has_path => {
             let Scouting { searched_m, n_questions, .. } = view.scouting;
             match n_questions {
                 0 => format!("looking for a trail to {place}"),
@@ -26,7 +26,18 @@ pub(super) fn task(view: &NavigatorView<'_>) -> String {
         Phase::FollowTrail => format!("on the way to {place}: {:.1} m to go", view.way_ahead_m),
         Phase::Arrived => format!("stands at {place}"),
         Phase::Failed(reason) => format!("gave up {place}: {}", failure(reason, view.scouting)),
-        phase => format!("{}, on the way to {place}", phase.name()),
+        phase => format!("{}, on the way to {place}", self::phase(phase, has_path)),
+    }
+}
+
+/// What a robot is doing, in a few words; one that was given a path follows that, and no trail.
+pub(super) fn phase(phase: Phase, has_path: bool) -> &'static str {
+    match phase {
+        Phase::AimAtTrail if has_path => "looking for its path",
+        Phase::FollowTrail if has_path => "following its path",
+        Phase::Rejoin if has_path => "rejoining its path",
+        Phase::LostTrail if has_path => "path lost",
+        _ => phase.name(),
     }
 }
 

@@ -9,7 +9,7 @@ use super::super::{
         DeviceFile, MissionFile, PersonFile, PheromonesFile, RandomBoxesFile, ThingFile, WallFile,
     },
     plan::{
-        BoxRegion, DevicePlan, DeviceWiring, FailsafeOutput, PersonPlan, PheromonePlan,
+        BoxRegion, DevicePlan, DeviceWiring, FailsafeOutput, LinkPlan, PersonPlan, PheromonePlan,
         PlannedKind, RandomBoxes, RobotPlan, ThingPlan, WorldPlan,
     },
 };
@@ -323,37 +323,105 @@ fn drawn_field(file: &PheromonesFile, trails: &[Vec<Vec2>]) -> Checked<Field> {
     Ok(field)
 }
 
-/// No robot starts inside a wall or a thing, or in another robot.
-pub(super) fn starts_are_free(world: &WorldPlan, robots: &[RobotPlan]) -> Checked<()> {
+/// No robot starts inside a wall or a thing, in a person or in another robot; no person stands in a thing. Robots
+/// elsewhere have no body here.
+pub(super) fn starts_are_free(
+    file: &MissionFile,
+    world: &WorldPlan,
+    robots: &[RobotPlan],
+) -> Checked<()> {
+    people_are_free(world)?;
     let walls = SegmentWorld::with_points(
         world.walls.iter().copied(),
         world.points.iter().copied(),
         world.point_size_m,
     );
-    let mut table = 0;
-    for (i, robot) in robots.iter().enumerate() {
-        if i > 0 && robots[i - 1].group != robot.group {
-            table += 1;
-        }
+    let blocked = |robot: &RobotPlan, allowed: String| {
+        let table = file.robots.iter().position(|table| table.name == robot.group);
         let start = [robot.start.x_m, robot.start.y_m, robot.start.yaw_rad.to_degrees()];
-        let key = || format!("robots[{table}].start");
+        Err(Wrong::new(format!("robots[{}].start", table.unwrap_or_default()), start, allowed))
+    };
+    for robot in robots {
+        let name = &robot.name;
         let footprint = robot.model.footprint.transformed(robot.start);
         if walls.touches_polygon(footprint.corners()) {
-            let allowed = format!("a place where `{}` touches no wall", robot.name);
-            return Err(Wrong::new(key(), start, allowed));
+            return blocked(robot, format!("a place where `{name}` touches no wall"));
         }
         if world.is_solid(robot.start.position()) {
             let allowed = format!(
-                "a place in the free space of the map for `{}`; this is within a wall, or in what the map \
-                 does not know (world.unknown)",
-                robot.name
+                "a place in the free space of the map for `{name}`; this is within a wall, or in what the map \
+                 does not know (world.unknown)"
             );
-            return Err(Wrong::new(key(), start, allowed));
+            return blocked(robot, allowed);
         }
         if let Some(thing) = world.things.iter().find(|t| overlap(&t.corners, footprint.corners()))
         {
-            let allowed = format!("a place where `{}` does not touch `{}`", robot.name, thing.name);
-            return Err(Wrong::new(key(), start, allowed));
+            let thing = &thing.name;
+            return blocked(robot, format!("a place where `{name}` does not touch `{thing}`"));
+        }
+        let touched =
+            |p: &&PersonPlan| footprint.distance(p.route[0]) <= p.radius_m && is_here(robot);
+        if let Some(person) = world.people.iter().find(touched) {
+            let person = &person.name;
+            let allowed = format!("a place where `{name}` does not touch the person `{person}`");
+            return blocked(robot, allowed);
+        }
+    }
+    match first_two_that_touch(robots) {
+        Some((first, second)) => {
+            let (name, other) = (&second.name, &first.name);
+            blocked(second, format!("a place where `{name}` does not touch the robot `{other}`"))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Whether a robot is simulated here.
+fn is_here(robot: &RobotPlan) -> bool {
+    matches!(robot.link, LinkPlan::Memory(_) | LinkPlan::Direct)
+}
+
+/// Two robots whose footprints share a point; the one that comes first in the mission is the first. Cost: about linear
+/// in the robots, unless many of them have one x.
+fn first_two_that_touch(robots: &[RobotPlan]) -> Option<(&RobotPlan, &RobotPlan)> {
+    let reach_m = |robot: &RobotPlan| robot.model.bounding_radius_m();
+    let most_m = robots.iter().map(reach_m).fold(0.0, f64::max);
+    let mut by_x: Vec<usize> = (0..robots.len()).filter(|&i| is_here(&robots[i])).collect();
+    by_x.sort_by(|&a, &b| robots[a].start.x_m.total_cmp(&robots[b].start.x_m));
+    let mut touching: Option<(usize, usize)> = None;
+    for (n, &i) in by_x.iter().enumerate() {
+        let one = &robots[i];
+        let near = |j: &&usize| robots[**j].start.x_m - one.start.x_m <= 2.0 * most_m;
+        for &j in by_x[n + 1..].iter().take_while(near) {
+            let other = &robots[j];
+            let apart_m = (one.start.position() - other.start.position()).norm();
+            if apart_m > reach_m(one) + reach_m(other) {
+                continue;
+            }
+            let outline = |robot: &RobotPlan| robot.model.footprint.transformed(robot.start);
+            let pair = (i.min(j), i.max(j));
+            if touching.is_none_or(|first| (pair.1, pair.0) < (first.1, first.0))
+                && overlap(outline(one).corners(), outline(other).corners())
+            {
+                touching = Some(pair);
+            }
+        }
+    }
+    touching.map(|(first, second)| (&robots[first], &robots[second]))
+}
+
+/// No person stands in a thing when the run begins.
+fn people_are_free(world: &WorldPlan) -> Checked<()> {
+    for (i, person) in world.people.iter().enumerate() {
+        let stands_in = |thing: &&ThingPlan| {
+            Polygon::new(thing.corners.clone())
+                .is_ok_and(|outline| outline.distance(person.route[0]) <= person.radius_m)
+        };
+        if let Some(thing) = world.things.iter().find(stands_in) {
+            let (name, thing) = (&person.name, &thing.name);
+            let allowed = format!("a place where `{name}` does not touch `{thing}`");
+            let at = [person.route[0].x, person.route[0].y];
+            return Err(Wrong::new(format!("world.people[{i}].route_m[0]"), at, allowed));
         }
     }
     Ok(())

@@ -18,6 +18,7 @@ use crate::{
 };
 
 use super::common::{Checked, N_SIMULATED_LINKS, choose, link, named, point, pose, range, seconds};
+use super::keys;
 
 /// Greatest coordinate of a goal that a link with bytes carries, metres: 32 767 mm, rounded down.
 const GOAL_MAX_M: f64 = 32.0;
@@ -151,10 +152,9 @@ pub(super) fn events(
     devices: &[DevicePlan],
     robots: &[RobotPlan],
 ) -> Checked<Vec<EventPlan>> {
-    let has_server = file.pheromones.is_some();
-    let check = |(i, e): (usize, &EventFile)| {
-        event(&format!("events[{i}]"), e, devices, robots, has_server)
-    };
+    let has = (file.pheromones.is_some(), file.decision.is_some());
+    let check =
+        |(i, e): (usize, &EventFile)| event(&format!("events[{i}]"), e, devices, robots, has);
     let mut events = file.events.iter().enumerate().map(check).collect::<Checked<Vec<_>>>()?;
     events.sort_by_key(|e| e.at);
     Ok(events)
@@ -184,26 +184,10 @@ fn event(
     file: &EventFile,
     devices: &[DevicePlan],
     robots: &[RobotPlan],
-    has_server: bool,
+    (has_server, has_program): (bool, bool),
 ) -> Checked<EventPlan> {
     let at_s = range(format!("{key}.at_s"), file.at_s, 0.0..=86_400.0, "from 0 to 86400 s")?;
-    let kinds = [
-        "press",
-        "release",
-        "goal",
-        "stop",
-        "place_box",
-        "cut_link",
-        "restore_link",
-        "stop_program",
-        "run_program",
-        "stall_program",
-        "remove",
-        Asked::Link.name(),
-        Asked::Sonar.name(),
-        Asked::Restart.name(),
-    ];
-    let kind = choose(&format!("{key}.do"), &file.action, &kinds)?;
+    let kind = keys::index_of(key, file, has_program)?;
     let action = match kind {
         0 | 1 => {
             let names: Vec<&str> = devices.iter().map(|d| d.name.as_str()).collect();
@@ -313,6 +297,7 @@ pub(super) fn success(
     devices: &[DevicePlan],
     robots: &[RobotPlan],
 ) -> Checked<Vec<Requirement>> {
+    keys::counts_need_a_program(file)?;
     let success = &file.success;
     let deadline = |by_s: f64| if by_s > 0.0 { by_s } else { file.mission.duration_max_s };
     let mut all = Vec::new();

@@ -1,0 +1,186 @@
+//! Keys that are given and that nothing reads, because another key or table makes them idle.
+//!
+//! A key counts as given when it differs from its default: the resolved text of a mission has all of them.
+
+use crate::mission::{
+    file::{
+        DecisionFile, LinkFile, MissionFile, NavigatorFile, PersonFile, PheromonesFile,
+        RandomBoxesFile, RobotFile, WorldFile,
+    },
+    plan::{Action, DevicePlan, DeviceWiring, EventPlan},
+};
+
+/// A sentence for each group of keys that do nothing, in the order of the file's tables.
+pub(super) fn unused(
+    file: &MissionFile,
+    devices: &[DevicePlan],
+    events: &[EventPlan],
+    found: &mut Vec<String>,
+) {
+    world(&file.world, found);
+    wiring(file, devices, found);
+    for (i, one) in file.robots.iter().enumerate() {
+        robot(&format!("robots[{i}]"), one, found);
+    }
+    pheromones(file, events, found);
+    if let Some(decision) = &file.decision {
+        link("decision.link", &decision.link, &DecisionFile::default().link, found);
+    }
+}
+
+/// One sentence about those of the keys that are given; `why` follows "because".
+fn idle(table: &str, keys: &[(&str, bool)], why: &str, found: &mut Vec<String>) {
+    let given: Vec<&str> = keys.iter().filter(|(_, given)| *given).map(|(key, _)| *key).collect();
+    let does = if given.len() == 1 { "does" } else { "do" };
+    if !given.is_empty() {
+        found.push(format!("{table}: {} {does} nothing, because {why}", given.join(", ")));
+    }
+}
+
+/// Whether two numbers are written alike.
+fn differs(one: f64, other: f64) -> bool {
+    one.to_bits() != other.to_bits()
+}
+
+fn world(file: &WorldFile, found: &mut Vec<String>) {
+    let usual = WorldFile::default();
+    if file.map.is_none() {
+        let at = file.map_at.iter().zip(usual.map_at).any(|(&a, b)| differs(a, b));
+        let keys = [("unknown", file.unknown != usual.unknown), ("map_at", at)];
+        idle("world", &keys, "there is no world.map, which they are about", found);
+    }
+    for (i, person) in file.people.iter().enumerate().filter(|(_, p)| p.route_m.len() == 1) {
+        let usual = PersonFile::default();
+        let keys = [
+            ("speed_mps", differs(person.speed_mps, usual.speed_mps)),
+            ("speed_spread_mps", differs(person.speed_spread_mps, usual.speed_spread_mps)),
+            ("starts_at_s", differs(person.starts_at_s, usual.starts_at_s)),
+            ("starts_spread_s", differs(person.starts_spread_s, usual.starts_spread_s)),
+            ("repeats", person.repeats),
+        ];
+        let why = "route_m has one place: who has nowhere to go stands";
+        idle(&format!("world.people[{i}]"), &keys, why, found);
+    }
+    for (i, boxes) in file.random_boxes.iter().enumerate() {
+        let offset = differs(boxes.offset_max_m, RandomBoxesFile::default().offset_max_m);
+        let keys = [("offset_max_m", offset && !boxes.area_m.is_empty())];
+        let why = "the boxes lie in area_m, and it is about along_trail_m";
+        idle(&format!("world.random_boxes[{i}]"), &keys, why, found);
+    }
+}
+
+fn wiring(file: &MissionFile, devices: &[DevicePlan], found: &mut Vec<String>) {
+    for (i, device) in file.devices.iter().enumerate().filter(|(_, d)| d.kind != "motion") {
+        let why = format!("only a motion detector watches an area, and this is a {}", device.kind);
+        idle(&format!("devices[{i}]"), &[("area_m", !device.area_m.is_empty())], &why, found);
+    }
+    for (i, event) in file.events.iter().enumerate() {
+        let pressed = matches!(event.action.as_str(), "press" | "release");
+        let device = devices.iter().find(|d| pressed && d.name == event.device);
+        let Some(DeviceWiring::Button { input }) = device.map(|d| &d.wiring) else { continue };
+        let why = match (input, &file.decision) {
+            (None, _) => "the button has no input",
+            (_, None) => "the mission has no [decision], whose program would read the button",
+            _ => continue,
+        };
+        found.push(format!("events[{i}]: `{}` changes nothing, because {why}", event.action));
+    }
+}
+
+fn robot(key: &str, file: &RobotFile, found: &mut Vec<String>) {
+    let usual = RobotFile::default();
+    if file.count == 1 {
+        let apart = file.spacing_m.iter().zip(usual.spacing_m).any(|(&a, b)| differs(a, b));
+        let keys = [("spacing_m", apart), ("row_length", file.row_length != usual.row_length)];
+        idle(key, &keys, "count = 1: there are no rows of robots", found);
+    }
+    link(&format!("{key}.link"), &file.link, &LinkFile::default(), found);
+    navigator(&format!("{key}.navigator"), &file.navigator, found);
+}
+
+/// `usual`: what a link of that place is when nothing is given.
+fn link(key: &str, file: &LinkFile, usual: &LinkFile, found: &mut Vec<String>) {
+    let kind = file.kind.as_str();
+    let is_memory = kind == "memory";
+    let keys = [
+        ("baud", file.baud != usual.baud && !is_memory && kind != "serial"),
+        ("latency_ms", differs(file.latency_ms, usual.latency_ms) && !is_memory),
+        ("jitter_ms", differs(file.jitter_ms, usual.jitter_ms) && !is_memory),
+        ("loss_prob", differs(file.loss_prob, usual.loss_prob) && !is_memory),
+        ("corruption_prob", differs(file.corruption_prob, usual.corruption_prob) && !is_memory),
+        ("address", !file.address.is_empty() && kind != "tcp"),
+        ("device", !file.device.is_empty() && kind != "serial"),
+    ];
+    let why = match kind {
+        "memory" => {
+            "kind = \"memory\" is a line that is simulated here; address is for `tcp`, device for `serial`"
+        }
+        "direct" => {
+            "kind = \"direct\" carries no bytes; `memory` has them, with baud rate, delay and faults"
+        }
+        "tcp" => "kind = \"tcp\" is a real line, which takes its own time; it reads address",
+        _ => "kind = \"serial\" is a real line, which takes its own time; it reads device and baud",
+    };
+    idle(key, &keys, why, found);
+}
+
+fn navigator(key: &str, file: &NavigatorFile, found: &mut Vec<String>) {
+    let usual = NavigatorFile::default();
+    let route = &file.route;
+    if route != "path" {
+        let keys = [
+            ("path_m", !file.path_m.is_empty()),
+            ("path_controller", file.path_controller != usual.path_controller),
+        ];
+        idle(key, &keys, &format!("route = \"{route}\"; `path` reads them"), found);
+    }
+    // Tags are followed by laws of their own.
+    if route == "tags" {
+        return;
+    }
+    if route != "trail" {
+        let keys = [
+            ("trail_controller", file.trail_controller != usual.trail_controller),
+            ("fuzzy", file.fuzzy != usual.fuzzy),
+        ];
+        idle(key, &keys, &format!("route = \"{route}\"; `trail` reads them"), found);
+        return;
+    }
+    let law = file.trail_controller.as_str();
+    let fuzzy = &file.fuzzy;
+    if !matches!(law, "fuzzy" | "fuzzy_fine" | "listing") {
+        let why = format!(
+            "trail_controller = \"{law}\"; `fuzzy`, `fuzzy_fine` and `listing` have sets and rules"
+        );
+        idle(key, &[("fuzzy", *fuzzy != usual.fuzzy)], &why, found);
+    } else if law != "listing" {
+        let given = fuzzy.listing_mean_mmps != usual.fuzzy.listing_mean_mmps;
+        let why = format!("trail_controller = \"{law}\"; `listing` has a speed of its own");
+        idle(&format!("{key}.fuzzy"), &[("listing_mean_mmps", given)], &why, found);
+    }
+}
+
+fn pheromones(file: &MissionFile, events: &[EventPlan], found: &mut Vec<String>) {
+    let Some(table) = &file.pheromones else { return };
+    let usual = PheromonesFile::default();
+    if table.map.is_some() {
+        let keys = [
+            ("width_cells", table.width_cells != usual.width_cells),
+            ("value", table.value != usual.value),
+            ("width", table.width != usual.width),
+            ("height", table.height != usual.height),
+        ];
+        idle("pheromones", &keys, "the matrix of map has its own values and size", found);
+    }
+    link("pheromones.link", &table.link, &usual.link, found);
+    let smells = file.robots.iter().any(|robot| robot.navigator.route == "trail");
+    let holds_boxes = file.world.random_boxes.iter().any(|b| !b.along_trail_m.is_empty());
+    let is_cut =
+        |action: &Action| matches!(action, Action::Link { line: crate::cut::Line::Pheromones, .. });
+    if !smells && !holds_boxes && !events.iter().any(|event| is_cut(&event.action)) {
+        found.push(
+            "[pheromones]: nobody asks the server, because no robot has route = \"trail\""
+                .to_owned(),
+        );
+    }
+}
