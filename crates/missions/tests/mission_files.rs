@@ -126,7 +126,7 @@ fn a_number_outside_its_range_is_located() {
         &format!("{SMALL}control_period_ms = 205\n"),
         &[],
         &expect![
-            "small.toml:15:21: robots[0].navigator.control_period_ms = 205: must be a multiple of 10 from 50 to 500 ms"
+            "small.toml:15:21: robots[0].navigator.control_period_ms = 205: must be a multiple of 10 from 50 to 2000 ms"
         ],
     );
 }

@@ -435,7 +435,7 @@ impl TryFrom<NavigatorSettings> for NavigatorConfig {
 fn check_ranges(s: &NavigatorSettings) -> Result<(), ConfigError> {
     let ranges = [
         ("speed_mps", s.speed_mps, 0.05, 1.0, "from 0.05 to 1 m/s"),
-        ("control_period_s", s.control_period_s, 0.05, 0.5, "from 0.05 to 0.5 s"),
+        ("control_period_s", s.control_period_s, 0.05, 2.0, "from 0.05 to 2 s"),
         ("acceleration_mps2", s.acceleration_mps2, 0.05, 5.0, "from 0.05 to 5 m/s²"),
         ("speed_max_mps", s.speed_max_mps, 0.05, 10.0, "from 0.05 to 10 m/s"),
         ("watchdog_s", s.watchdog_s, 0.0, 10.0, "from 0 to 10 s"),

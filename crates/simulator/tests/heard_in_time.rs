@@ -107,6 +107,7 @@ fn which_materials_are_missed_as_the_thesis_reports() {
         metal         32.3     39.8  no
         cardboard      0.0      3.0  no
         person         0.0      0.0  no
+        mirror        35.7     43.2  no
     "#]]
     .assert_eq(&table);
 }

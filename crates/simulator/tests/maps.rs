@@ -133,10 +133,17 @@ fn check(text: &str, expected: &Expect) {
 
 #[test]
 fn broken_maps_are_refused_with_the_line_and_what_is_allowed() {
-    check("", &expect!["line 1: found ``, expected `2D-Map`: this is no ActivMedia 2-D map"]);
+    check(
+        "",
+        &expect![
+            "line 1: found ``, expected `2D-Map` or one of `2D-Map-Ex` to `2D-Map-Ex4`: this is no ActivMedia 2-D map"
+        ],
+    );
     check(
         "Logfile v2\nLINES\n",
-        &expect!["line 1: found `Logfile v2`, expected `2D-Map`: this is no ActivMedia 2-D map"],
+        &expect![
+            "line 1: found `Logfile v2`, expected `2D-Map` or one of `2D-Map-Ex` to `2D-Map-Ex4`: this is no ActivMedia 2-D map"
+        ],
     );
     check(
         "2D-Map\nLINES\n0 0 x 1\n",
@@ -282,7 +289,8 @@ fn a_map_of_several_scanners_has_all_of_their_walls() {
     };
     assert!(wrong("FrontNumPoints: 1", "FrontNumPoints: 2").contains("FrontNumPoints states 2"));
     assert!(wrong("Front_DATA", "Front_LINES").contains("line 12: `Front_LINES` was already"));
-    assert!(wrong("Front_LINES", "Rear_LINES").contains("line 10: found `Rear_LINES`"));
+    let rear = wrong("Front_LINES", "Rear_LINES");
+    assert!(rear.contains("line 10: x1 is `Rear_LINES`"), "{rear}");
     assert!(wrong("Sources: SickLaser Front", "Sources:").contains("from 1 to 32 names"));
     assert!(wrong("NumLines: 1\n", "Sources: A\n").contains("`Sources` was already given"));
     // Counts may stand before the sources.

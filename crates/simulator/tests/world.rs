@@ -194,7 +194,7 @@ fn a_thing_is_not_put_onto_a_robot() {
     let unknown = ThingSpec { material: 99, ..box_at("odd", 3.0, 0.0, 0.2) };
     assert_eq!(
         world.place_thing(unknown).unwrap_err().to_string(),
-        "`odd`: material 99 is unknown: there are 7, counted from 0"
+        "`odd`: material 99 is unknown: there are 8, counted from 0"
     );
     // Identities are never used twice.
     world.remove_thing(placed);

@@ -279,6 +279,9 @@ fn speed_mps(key: &str, speed_mps: f64, model: &RobotModel) -> Checked<f64> {
 /// A Pioneer's watchdog as it leaves the factory, seconds; a line without bytes loses nothing.
 const WATCHDOG_S: f64 = 2.0;
 
+/// Longest control period along a path, ms.
+const PATH_PERIOD_MAX_MS: u32 = 500;
+
 fn navigator(
     key: &str,
     robot: &RobotFile,
@@ -287,8 +290,14 @@ fn navigator(
 ) -> Checked<NavigatorConfig> {
     let file = &robot.navigator;
     let at = |name: &str| format!("{key}.navigator.{name}");
-    if !(50..=500).contains(&file.control_period_ms) || !file.control_period_ms.is_multiple_of(10) {
-        let allowed = "a multiple of 10 from 50 to 500 ms";
+    if !(50..=2000).contains(&file.control_period_ms) || !file.control_period_ms.is_multiple_of(10)
+    {
+        let allowed = "a multiple of 10 from 50 to 2000 ms";
+        return Err(Wrong::new(at("control_period_ms"), file.control_period_ms, allowed));
+    }
+    if file.route == "path" && file.control_period_ms > PATH_PERIOD_MAX_MS {
+        let allowed =
+            "at most 500 ms where route = \"path\": seen more seldom, a path is left by metres";
         return Err(Wrong::new(at("control_period_ms"), file.control_period_ms, allowed));
     }
     let within_deg =
