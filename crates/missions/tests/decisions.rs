@@ -37,10 +37,13 @@ fn points(run: &Run) -> [u8; 3] {
     ["I6", "I4", "I5"].map(|name| byte(run, name) & 1)
 }
 
-/// The values that STATUS took, with the times at which it did, until the verdict.
+/// The values that STATUS took, with the times at which it did, until the verdict and the ten seconds after it in which
+/// the last report may still be on a slow line.
 fn statuses(run: &mut Run) -> Vec<(u8, f64)> {
     let mut seen: Vec<(u8, f64)> = Vec::new();
-    while run.finished().is_none() {
+    let mut n_after = 0;
+    while run.finished().is_none() || (n_after < 1000 && seen.last().is_some_and(|l| l.0 < 4)) {
+        n_after += usize::from(run.finished().is_some());
         run.step();
         let status = byte(run, "STATUS");
         if seen.last().is_none_or(|&(last, _)| last != status) {
@@ -103,7 +106,7 @@ fn a_pulse_serves_in_any_order_of_functions_and_a_level_where_move_stands_first(
 
 #[test]
 fn answers_over_a_slow_and_lossy_link_are_late_and_never_wrong() {
-    for seed in 0..5_u32 {
+    for seed in 0..6_u32 {
         let slow = "decision.link.latency_ms=400";
         let lossy = format!("decision.link.loss_prob={}", 0.004 * f64::from(seed));
         let mission = Mission::load("errands", &[slow.to_owned(), lossy]).unwrap();
