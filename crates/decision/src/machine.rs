@@ -336,7 +336,7 @@ impl Machine {
         self.memory.fault
     }
 
-    /// How often the watchdog has reset it ([`Code::WatchdogReset`]): whenever its time passed in
+    /// How often the watchdog has reset it ([`Code::WatchdogReset`](crate::Code::WatchdogReset)): whenever its time passed in
     /// ticks without a step.
     pub fn n_watchdog_resets(&self) -> u64 {
         self.n_watchdog_resets

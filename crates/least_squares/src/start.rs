@@ -19,7 +19,7 @@ pub enum Start {
     Given,
     /// At those of [`odometry_start`].
     Odometry,
-    /// At those of [`chordal_start`]; when that has no solution, at those of `Odometry`.
+    /// At those of [`chordal_start`](crate::chordal_start); when that has no solution, at those of `Odometry`.
     Chordal,
     /// At that of the three where the cost is least; the earlier one when it is equal.
     Auto,

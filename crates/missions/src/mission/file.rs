@@ -74,7 +74,7 @@ impl Default for HeadFile {
 pub struct WorldFile {
     /// Lower left and upper right corner of what is drawn: x0, y0, x1, y1 (m).
     pub bounds_m: [f64; 4],
-    /// A map whose walls are added: a file relative to the mission's, or its text (see [`super::inline`]).
+    /// A map whose walls are added: a file relative to the mission's, or its text, if it has lines.
     #[serde(skip_serializing_if = "Option::is_none", alias = "map_file")]
     pub map: Option<String>,
     /// What cells of the map that nobody knows are, and what is outside of it: `wall` or `free`.
