@@ -122,6 +122,7 @@ pageTest("nothing that is said lies over the map: hint, task, place and devices 
     await page.mouse.move(...(await pageOf(page, [1.5, -0.5])));
     const view = await page.locator("#map-canvas").boundingBox();
     for (const name of [".hint", ".readout.task", ".readout.at", ".view-tools", ".map-foot .scale"]) {
+      await page.locator(name).waitFor();
       const box = await page.locator(name).boundingBox();
       assert.ok(box.width > 0 && box.y >= view.y + view.height - 0.5, `${name} at ${width}: ${JSON.stringify([box, view])}`);
     }
