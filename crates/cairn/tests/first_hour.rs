@@ -273,3 +273,23 @@ fn colours_are_not_forced_on_anybody() {
         assert!(said.code == 1 && !said.err.contains('\u{1b}'), "{}", said.err);
     }
 }
+
+/// What would have happened with another seed: the run goes on with that one, and says so.
+#[test]
+fn a_replay_with_another_seed_runs_with_it() {
+    let place = Place::new();
+    place.cairn("run one-obstacle --headless --seed 2 --record a.mcap").fine();
+    let same = place.cairn("replay a.mcap --headless");
+    assert_eq!(same.code, 0, "{}", same.err);
+    assert!(format!("{}{}", same.out, same.err).contains("seed 2"), "{}", same.out);
+    let other = place.cairn("replay a.mcap --headless --set mission.seed=3");
+    assert!(format!("{}{}", other.out, other.err).contains("seed 3"), "{}", other.out);
+}
+
+/// An option that would do nothing is refused with the reason.
+#[test]
+fn a_robot_is_not_chosen_in_a_log_that_names_none() {
+    let place = Place::new();
+    place.write("log.clf", "FLASER 2 1.5 2.5 0 0 0 0 0 0 10.25 host 10.25\n");
+    place.cairn("map log.clf --robot x").refused(2, &["--robot"]);
+}
