@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a failing helper fails its test")]
 
 use missions::{Mission, Run, Summary};
+use path_following::PathController;
 use run_context::RunSeed;
 
 fn run(name: &str, seed: u64, overrides: &[&str]) -> Summary {
@@ -72,7 +73,7 @@ fn the_corner_is_cut_but_not_lost() {
 #[test]
 fn a_given_path_is_followed_by_every_law() {
     check("path-slalom");
-    for law in ["carrot", "pure_pursuit", "stanley"] {
+    for law in PathController::ALL.iter().map(|law| law.key()) {
         let override_ = format!("robots.navigator.path_controller={law}");
         let mission = Mission::load("path-slalom", &[override_]).unwrap();
         let seed = mission.seed();

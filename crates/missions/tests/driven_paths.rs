@@ -6,8 +6,7 @@
 
 use geometry::{Se2, Vec2};
 use missions::{Mission, Run, Summary, Verdict};
-
-const LAWS: [&str; 4] = ["fuzzy", "carrot", "pure_pursuit", "stanley"];
+use path_following::PathController;
 
 /// A robot that holds its heading moves its wheels less than this, m/s.
 const ROLLS_MPS: f64 = 0.005;
@@ -151,7 +150,7 @@ fn every_law_keeps_to_every_path_at_every_speed() {
     println!("| law | m/s | greatest error, m | at | time of all paths, s |");
     println!("| --- | --- | --- | --- | --- |");
     let mut failures = Vec::new();
-    for law in LAWS {
+    for law in PathController::ALL.iter().map(|law| law.key()) {
         for speed in speeds {
             let (mut worst, mut time_s) = ((0.0, ""), 0.0);
             for (name, path) in shapes() {
@@ -287,7 +286,7 @@ const KINDS: [Kind; 16] = [
 fn starts_goals_robots_and_wires_of_other_kinds_arrive_as_well() {
     let mut failures = Vec::new();
     for Kind { name, path, start, goal: (x, y, yaw), more, speed_mps } in KINDS {
-        for law in LAWS {
+        for law in PathController::ALL.iter().map(|law| law.key()) {
             let text = mission(path, start, (x, y, yaw), more);
             let law_set = format!("robots.navigator.path_controller={law}");
             let speed_set = format!("robots.navigator.speed_mps={speed_mps}");

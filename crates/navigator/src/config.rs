@@ -8,10 +8,8 @@ use obstacle_avoidance::{
     MachineConfigError, RangeSensor, Variant,
 };
 use path_following::{
-    PathFollower, PathFollowerConfig, PathLaw, SettingError, TrailFollower, TrailFollowerConfig,
-    TrailLaw,
-    fuzzy::{FuzzyConfig, Sets},
-    fuzzy_listing::ListingConfig,
+    PathController, PathFollower, PathFollowerConfig, SettingError, TrailController, TrailFollower,
+    TrailFollowerConfig, TrailLaw, TrailTuning, fuzzy::FuzzyConfig, fuzzy_listing::ListingConfig,
 };
 use robot_models::{DriveGeometry, OdometryNoise, RobotModel};
 
@@ -34,62 +32,6 @@ pub enum Method {
     Path,
     /// Over a trail of tags in the floor (the thesis, 5.3.2).
     Tags,
-}
-
-/// Which law keeps the robot on a trail.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum TrailController {
-    /// Fuzzy on P_L − P_R with three sets (5.45).
-    #[default]
-    Fuzzy,
-    /// The same with five sets.
-    FuzzyFine,
-    /// The same in the integer arithmetic of the thesis's program; has its own speeds.
-    Listing,
-    /// The proportional, bio-mimetic law (5.44).
-    BioMimetic,
-    /// Fuzzy on the direction of the equivalent source (5.46).
-    FuzzyAngle,
-    /// Pure pursuit of the equivalent source (5.47)–(5.48).
-    PurePursuit,
-}
-
-impl TrailController {
-    fn law(self, fuzzy: FuzzyConfig, listing: ListingConfig) -> TrailLaw {
-        match self {
-            Self::Fuzzy => TrailLaw::Fuzzy { fuzzy },
-            Self::FuzzyFine => TrailLaw::Fuzzy { fuzzy: FuzzyConfig { sets: Sets::Five, ..fuzzy } },
-            Self::Listing => TrailLaw::Listing { config: listing },
-            Self::BioMimetic => TrailLaw::bio_mimetic(),
-            Self::FuzzyAngle => TrailLaw::fuzzy_angle(),
-            Self::PurePursuit => TrailLaw::pure_pursuit(),
-        }
-    }
-}
-
-/// Which law keeps the robot on a given path.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum PathController {
-    /// Fuzzy on the path error (5.30).
-    #[default]
-    Fuzzy,
-    /// Follow the carrot (5.5)–(5.6).
-    Carrot,
-    /// Pure pursuit (5.12).
-    PurePursuit,
-    /// Stanley.
-    Stanley,
-}
-
-impl PathController {
-    fn law(self) -> PathLaw {
-        match self {
-            Self::Fuzzy => PathLaw::fuzzy(),
-            Self::Carrot => PathLaw::CARROT,
-            Self::PurePursuit => PathLaw::PURE_PURSUIT,
-            Self::Stanley => PathLaw::STANLEY,
-        }
-    }
 }
 
 /// What is done about obstacles.
@@ -369,15 +311,13 @@ const PATH_NEAR_M: f64 = 0.1;
 const WHEEL_SPEED_MAX_RATIO: f64 = 1.6;
 
 fn trail_steering(s: &NavigatorSettings) -> Result<TrailSteering, SettingError> {
-    match s.trail_controller {
-        TrailController::Fuzzy => return TrailSteering::fuzzy(s.trail_fuzzy),
-        TrailController::FuzzyFine => {
-            return TrailSteering::fuzzy(FuzzyConfig { sets: Sets::Five, ..s.trail_fuzzy });
-        }
-        _ => {}
+    let tuning = TrailTuning { fuzzy: s.trail_fuzzy, listing: s.trail_listing };
+    let law = s.trail_controller.law(tuning);
+    if let TrailLaw::Fuzzy { fuzzy } = law {
+        return TrailSteering::fuzzy(fuzzy);
     }
     let config = TrailFollowerConfig {
-        law: s.trail_controller.law(s.trail_fuzzy, s.trail_listing),
+        law,
         wheelbase_m: s.drive.wheelbase_m,
         wheel_speed_max_mps: s.wheel_speed_max_mps(),
         ..TrailFollowerConfig::default()

@@ -40,15 +40,13 @@ mod tags;
 mod trail;
 mod view;
 
-pub use config::{
-    Avoidance, ConfigError, Method, NavigatorConfig, NavigatorSettings, PathController,
-    TrailController,
-};
+pub use config::{Avoidance, ConfigError, Method, NavigatorConfig, NavigatorSettings};
 pub use messages::{
     Command, FailureReason, GroundCommand, N_SONARS_MAX, Observation, Report, RobotStatus, Sensed,
     TagRead, age_ms,
 };
 pub use navigator::Navigator;
+pub use path_following::{PathController, TrailController};
 pub use scout::Scouting;
 pub use tags::{N_TAG_READERS_MAX, TagController, TagSettings};
 pub use view::{NavigatorView, Phase};

@@ -146,7 +146,7 @@ fn a_bend_and_the_goal_are_slowed_for_if_the_speed_shall_fit() {
         let straight = fastest(|p| (3.0..4.5).contains(&p.x_m));
         (straight, fastest(|p| (5.3..5.7).contains(&p.x_m) && p.y_m < 0.6), figures)
     };
-    for controller in [TrailController::Fuzzy, TrailController::FuzzyFine] {
+    for &controller in TrailController::ALL.iter().filter(|law| law.fits_to_speed()) {
         let (straight_mps, bend_mps, figures) = speeds(true, controller);
         assert!(straight_mps > 0.5 && bend_mps < 0.4, "{straight_mps} {bend_mps}");
         assert_eq!(figures.phase, Phase::Arrived, "{controller:?}");
@@ -395,13 +395,7 @@ fn a_labyrinth_needs_intermediate_goals() {
 
 #[test]
 fn a_given_path_is_followed_by_every_law() {
-    let laws = [
-        PathController::Fuzzy,
-        PathController::Carrot,
-        PathController::PurePursuit,
-        PathController::Stanley,
-    ];
-    for law in laws {
+    for &law in PathController::ALL {
         let settings = |s: NavigatorSettings| NavigatorSettings {
             method: Method::Path,
             path_controller: law,
@@ -423,15 +417,7 @@ fn a_given_path_is_followed_by_every_law() {
 
 #[test]
 fn a_trail_is_followed_by_every_law() {
-    let laws = [
-        TrailController::Fuzzy,
-        TrailController::FuzzyFine,
-        TrailController::Listing,
-        TrailController::FuzzyAngle,
-        TrailController::PurePursuit,
-        TrailController::BioMimetic,
-    ];
-    for law in laws {
+    for &law in TrailController::ALL {
         let settings = |s: NavigatorSettings| NavigatorSettings { trail_controller: law, ..s };
         let field = trail(&[(0.0, 0.0), (4.0, 0.0), (4.0, 2.6)]);
         let start = Se2::new(0.0, 0.05, 0.3);

@@ -2,8 +2,8 @@
 //!
 //! | what is known | what follows it |
 //! | --- | --- |
-//! | a path of lines and arcs ([`Path`]) | [`PathFollower`]: carrot, pure pursuit, Stanley, fuzzy; [`Course`]: how fast, and where to turn on the spot |
-//! | two smelled intensities, no map | [`TrailFollower`]: fuzzy (float and listing), bio-mimetic, fuzzy angle, pure pursuit |
+//! | a path of lines and arcs ([`Path`]) | [`PathFollower`] with a law of [`PathController::ALL`]; [`Course`]: how fast, and where to turn on the spot |
+//! | two smelled intensities, no map | [`TrailFollower`] with a law of [`TrailController::ALL`] |
 //! | intensities that two readers found in tags on the floor | [`TagFollower`]: fuzzy on their difference; for look-ahead points in tags, [`pursue`] |
 //! | where the robot was led by hand | [`Past`], a recording that becomes a [`Path`] with speeds |
 //! | sonar ranges along a wall | [`WallFollower`] |
@@ -18,6 +18,7 @@
 mod course;
 pub mod fuzzy;
 pub mod fuzzy_listing;
+mod law_table;
 mod past;
 mod path;
 mod path_laws;
@@ -29,11 +30,11 @@ mod wheels;
 pub use course::{Corner, Course, CourseLimits, Leg};
 pub use past::{Past, PastConfig, Recorded};
 pub use path::{Path, PathError, Piece, Projection, signed_line_error_m};
-pub use path_laws::{PathFollower, PathFollowerConfig, PathLaw, Progress, widths};
+pub use path_laws::{PathController, PathFollower, PathFollowerConfig, PathLaw, Progress, widths};
 pub use tag_laws::{TagFollower, TagFollowerConfig, TagStep, pursue};
 pub use trail_laws::{
-    BioMimeticReading, EquivalentPoint, TrailFollower, TrailFollowerConfig, TrailLaw, TrailSense,
-    TwoAntennas,
+    BioMimeticReading, EquivalentPoint, TrailController, TrailFollower, TrailFollowerConfig,
+    TrailLaw, TrailSense, TrailTuning, TwoAntennas,
 };
 pub use wall::{RangeReading, Side, WallFollower, WallFollowerConfig};
 pub use wheels::{SettingError, WheelReference};

@@ -17,6 +17,7 @@ use geometry::{Se2, Vec2, wrap_to_pi};
 use crate::{
     Course, Leg, Path, SettingError, WheelReference,
     fuzzy::{FuzzyConfig, FuzzyController},
+    law_table::law_table,
     path::heading_back_rad,
     wheels::check_range,
 };
@@ -27,7 +28,27 @@ const WINDOW_BEHIND_M: f64 = 0.5;
 /// How far ahead of it, metres. Less than the distance along the path between two crossing branches.
 const WINDOW_AHEAD_M: f64 = 1.5;
 
-/// How a path is followed.
+law_table! {
+    /// A law that keeps a robot on a path it knows, by its name.
+    ///
+    /// This table is the list of path laws: missions, the guide and the tests of every law read it.
+    pub enum PathController: fn() -> PathLaw {
+        #[default]
+        Fuzzy = "fuzzy", "fuzzy on the distance from the path (5.30) and its change (5.31)", PathLaw::fuzzy;
+        Carrot = "carrot", "turns towards a point ahead on the path in proportion to the angle (5.5), (5.6); swings most", || PathLaw::CARROT;
+        PurePursuit = "pure_pursuit", "drives the arc through a point ahead on the path (5.12); smooth", || PathLaw::PURE_PURSUIT;
+        Stanley = "stanley", "steers along the path plus the arctangent of distance times gain over speed", || PathLaw::STANLEY;
+    }
+}
+
+impl PathController {
+    /// The law with its settings for 0.3 m/s.
+    pub fn law(self) -> PathLaw {
+        (self.maker())()
+    }
+}
+
+/// How a path is followed, and its settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PathLaw {
     /// Turn towards a point ahead on the path, in proportion to the angle: Δθ = `k_p` `φ_e` (5.5), (5.6).
@@ -85,6 +106,14 @@ impl PathLaw {
     pub fn fuzzy() -> Self {
         Self::Fuzzy {
             fuzzy: FuzzyConfig { error_full: 0.25, change_full: 0.04, ..FuzzyConfig::default() },
+        }
+    }
+
+    /// Whether it looks at errors only: then the curvature of a course is steered ahead of time for it.
+    const fn looks_at_errors_only(&self) -> bool {
+        match self {
+            Self::Stanley { .. } | Self::Fuzzy { .. } => true,
+            Self::Carrot { .. } | Self::PurePursuit { .. } => false,
         }
     }
 }
@@ -228,8 +257,8 @@ impl PathFollower {
         let lookahead_max_m = (8.0 * CHORD_OFF_M / sharpest_per_m.max(1e-3)).sqrt().max(0.3);
         let way = Way { path: course.path(), leg, lookahead_max_m };
         let mut wheels = self.steer(&way, map_from_base, speed_mps, dt);
-        if let (PathLaw::Stanley { .. } | PathLaw::Fuzzy { .. }, Some(now)) =
-            (self.config.law, self.progress)
+        if self.config.law.looks_at_errors_only()
+            && let Some(now) = self.progress
             && !now.finished
             && now.heading_error_rad.abs() < FRAC_PI_4
         {

@@ -1,4 +1,4 @@
-//! Tests of single steps; driving is in `tests/followers.rs`.
+//! Tests of single steps; driving is in `tests/driving/followers.rs`.
 
 use super::*;
 
@@ -90,7 +90,7 @@ fn fuzzy_turns_right_on_the_left_and_notes_the_change() {
 
 #[test]
 fn a_robot_that_looks_away_turns_on_the_spot() {
-    for law in [PathLaw::CARROT, PathLaw::PURE_PURSUIT, PathLaw::STANLEY, PathLaw::fuzzy()] {
+    for law in PathController::ALL.iter().map(|law| law.law()) {
         for yaw_rad in [3.0, -3.0] {
             let wheels = follower(law).step(&x_axis(), Se2::new(1.0, 0.0, yaw_rad), 0.3, DT);
             near(wheels.linear_mps(), 0.0);

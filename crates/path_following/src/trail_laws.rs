@@ -11,8 +11,9 @@ use std::time::Duration;
 
 use crate::{
     SettingError, WheelReference,
-    fuzzy::{FuzzyConfig, FuzzyController},
+    fuzzy::{FuzzyConfig, FuzzyController, Sets},
     fuzzy_listing::{ListingConfig, ListingFuzzy},
+    law_table::law_table,
     wheels::check_range,
 };
 
@@ -71,7 +72,58 @@ pub enum BioMimeticReading {
     PrintedRight,
 }
 
-/// How a trail is followed.
+law_table! {
+    /// A law that keeps a robot on a trail it smells, by its name.
+    ///
+    /// This table is the list of trail laws: missions, the guide and the tests of every law read it.
+    pub enum TrailController: fn(TrailTuning) -> TrailLaw {
+        #[default]
+        Fuzzy = "fuzzy", "fuzzy on the difference of the two antennas (5.45), three sets", |t| TrailLaw::Fuzzy { fuzzy: t.fuzzy };
+        FuzzyFine = "fuzzy_fine", "the same with five sets", |t| TrailLaw::Fuzzy { fuzzy: FuzzyConfig { sets: Sets::Five, ..t.fuzzy } };
+        Listing = "listing", "the same in the integer arithmetic of the thesis's program, at speeds of its own", |t| TrailLaw::Listing { config: t.listing };
+        BioMimetic = "bio_mimetic", "the nearer antenna brakes its own wheel (5.44)", |_| TrailLaw::bio_mimetic();
+        FuzzyAngle = "fuzzy_angle", "fuzzy on the direction of the equivalent source (5.46)", |_| TrailLaw::fuzzy_angle();
+        PurePursuit = "pure_pursuit", "drives the arc through the equivalent source (5.47), (5.48)", |_| TrailLaw::pure_pursuit();
+    }
+}
+
+/// Sets, rules and constants that a mission may set, for the laws that have some.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TrailTuning {
+    /// Of the fuzzy laws on the difference of the antennas, in intensity units.
+    pub fuzzy: FuzzyConfig,
+    /// Of the integer controller.
+    pub listing: ListingConfig,
+}
+
+impl TrailController {
+    /// The law, tuned so as far as it can be.
+    pub fn law(self, tuning: TrailTuning) -> TrailLaw {
+        (self.maker())(tuning)
+    }
+
+    /// Whether it reads the sets and rules of [`TrailTuning`].
+    pub fn has_rules(self) -> bool {
+        match self.law(TrailTuning::default()) {
+            TrailLaw::Fuzzy { .. } | TrailLaw::Listing { .. } => true,
+            TrailLaw::BioMimetic { .. }
+            | TrailLaw::FuzzyAngle { .. }
+            | TrailLaw::PurePursuit { .. } => false,
+        }
+    }
+
+    /// Whether it has speeds of its own and does not heed the speed asked for.
+    pub fn has_own_speeds(self) -> bool {
+        matches!(self.law(TrailTuning::default()), TrailLaw::Listing { .. })
+    }
+
+    /// Whether the navigator fits it to speeds above the 0.3 m/s that all are tuned for.
+    pub fn fits_to_speed(self) -> bool {
+        matches!(self.law(TrailTuning::default()), TrailLaw::Fuzzy { .. })
+    }
+}
+
+/// How a trail is followed, and its settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TrailLaw {
     /// Fuzzy on e = `P_L − P_R` (5.45).

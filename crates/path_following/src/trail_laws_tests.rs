@@ -1,4 +1,4 @@
-//! Tests of single steps; driving is in `tests/trails.rs`.
+//! Tests of single steps; driving is in `tests/driving/trails.rs`.
 
 use super::{
     BioMimeticReading::{PrintedLeft, PrintedRight, Repaired},
@@ -15,14 +15,8 @@ fn sensed(left: f64, right: f64) -> TrailSense {
     TrailSense { left, right, equivalent: None }
 }
 
-fn laws() -> [TrailLaw; 5] {
-    [
-        TrailLaw::fuzzy(),
-        TrailLaw::listing(),
-        TrailLaw::bio_mimetic(),
-        TrailLaw::fuzzy_angle(),
-        TrailLaw::pure_pursuit(),
-    ]
+fn laws() -> impl Iterator<Item = TrailLaw> {
+    TrailController::ALL.iter().map(|law| law.law(TrailTuning::default()))
 }
 
 fn near(a: f64, b: f64) {

@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use geometry::{Se2, Vec2};
 use path_following::{
-    EquivalentPoint, Past, PastConfig, Path, PathFollower, PathFollowerConfig, PathLaw,
-    TrailFollower, TrailFollowerConfig, TrailLaw, TrailSense,
+    EquivalentPoint, Past, PastConfig, Path, PathController, PathFollower, PathFollowerConfig,
+    PathLaw, TrailController, TrailFollower, TrailFollowerConfig, TrailLaw, TrailSense,
+    TrailTuning,
     fuzzy::{FuzzyConfig, Sets},
     fuzzy_listing::{ListingConfig, ListingFuzzy},
 };
@@ -52,26 +53,24 @@ fn exact(residual_m: f64) -> Promises {
 }
 
 #[test]
-fn the_carrot_keeps_its_promises() {
-    check_follower("carrot", on_path(PathLaw::CARROT), &exact(0.01));
-}
-
-#[test]
-fn pure_pursuit_keeps_its_promises() {
-    check_follower("pure pursuit", on_path(PathLaw::PURE_PURSUIT), &exact(0.01));
-}
-
-#[test]
-fn stanley_keeps_its_promises() {
-    check_follower("stanley", on_path(PathLaw::STANLEY), &exact(0.01));
-}
-
-#[test]
-fn fuzzy_on_the_path_error_keeps_its_promises() {
-    check_follower("fuzzy on the path", on_path(PathLaw::fuzzy()), &exact(0.01));
+fn every_path_law_keeps_its_promises() {
+    for law in PathController::ALL {
+        check_follower(law.key(), on_path(law.law()), &exact(0.01));
+    }
     let PathLaw::Fuzzy { fuzzy } = PathLaw::fuzzy() else { unreachable!() };
     let five = PathLaw::Fuzzy { fuzzy: FuzzyConfig { sets: Sets::Five, ..fuzzy } };
     check_follower("fuzzy on the path, five sets", on_path(five), &exact(0.01));
+}
+
+/// With what the server tells and without; what is left of the distance may differ from law to law, below.
+#[test]
+fn every_trail_law_keeps_its_promises() {
+    for law in TrailController::ALL {
+        for tells_equivalent in [false, true] {
+            let follower = on_trail(law.law(TrailTuning::default()), tells_equivalent);
+            check_follower(law.key(), follower, &exact(0.1));
+        }
+    }
 }
 
 #[test]
@@ -86,11 +85,6 @@ fn fuzzy_on_a_trail_keeps_its_promises() {
 #[test]
 fn the_listing_keeps_its_promises() {
     check_follower("listing", on_trail(TrailLaw::listing(), false), &exact(0.05));
-}
-
-#[test]
-fn the_bio_mimetic_law_keeps_its_promises() {
-    check_follower("bio-mimetic", on_trail(TrailLaw::bio_mimetic(), false), &exact(0.1));
 }
 
 #[test]
@@ -115,12 +109,9 @@ fn paths_that_cross_themselves_are_driven_to_their_end() {
     let eight = [(-2.0, -1.5), (2.0, 1.5), (3.5, 0.0), (2.0, -1.5), (-2.0, 1.5), (-3.5, 0.0)];
     let corners: Vec<Vec2> = eight.iter().map(|&(x, y)| Vec2::new(x, y)).collect();
     let path = Path::rounded(&corners, 0.8).unwrap();
-    for (law, off_max_m) in [
-        (PathLaw::CARROT, 0.25),
-        (PathLaw::PURE_PURSUIT, 0.15),
-        (PathLaw::STANLEY, 0.15),
-        (PathLaw::fuzzy(), 0.25),
-    ] {
+    for law in PathController::ALL.iter().map(|law| law.law()) {
+        let is_close = matches!(law, PathLaw::PurePursuit { .. } | PathLaw::Stanley { .. });
+        let off_max_m = if is_close { 0.15 } else { 0.25 };
         let mut follower = path_follower(law);
         let mut pose = path.start();
         let (mut worst_m, mut n_steps, mut travelled_m) = (0.0_f64, 0, 0.0);
@@ -169,19 +160,14 @@ fn the_past_is_followed_there_and_back() {
 fn steps_allocate_nothing() {
     let path = Path::polyline(&[Vec2::new(-1.0, 0.0), Vec2::new(60.0, 0.0)]).unwrap();
     let field = Field::new(41, 41, 0.2).unwrap();
-    let mut path_followers =
-        [PathLaw::CARROT, PathLaw::PURE_PURSUIT, PathLaw::STANLEY, PathLaw::fuzzy()]
-            .map(path_follower);
-    let laws = [
-        TrailLaw::fuzzy(),
-        TrailLaw::listing(),
-        TrailLaw::bio_mimetic(),
-        TrailLaw::fuzzy_angle(),
-        TrailLaw::pure_pursuit(),
-    ];
-    let mut trail_followers = laws.map(|law| {
+    let mut path_followers: Vec<PathFollower> =
+        PathController::ALL.iter().map(|law| path_follower(law.law())).collect();
+    let trail_follower = |law: &TrailController| {
+        let law = law.law(TrailTuning::default());
         TrailFollower::new(TrailFollowerConfig { law, ..TrailFollowerConfig::default() }).unwrap()
-    });
+    };
+    let mut trail_followers: Vec<TrailFollower> =
+        TrailController::ALL.iter().map(trail_follower).collect();
     let mut listing = ListingFuzzy::new(ListingConfig::default()).unwrap();
     let mut past = Past::new(PastConfig::default()).unwrap();
     let allocations = allocation_counter::measure(|| {

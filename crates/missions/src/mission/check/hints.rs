@@ -1,7 +1,7 @@
 //! What a mission may say and its author hardly meant.
 
 use geometry::wrap_to_pi;
-use navigator::Method;
+use navigator::{Method, TrailController};
 
 use crate::mission::{
     Parts,
@@ -52,14 +52,17 @@ fn tags(file: &MissionFile, parts: &Parts, found: &mut Vec<String>) {
 fn laws(file: &MissionFile, found: &mut Vec<String>) {
     for (i, robot) in file.robots.iter().enumerate() {
         let navigator = &robot.navigator;
-        let law = navigator.trail_controller.as_str();
-        let fitted = matches!(law, "fuzzy" | "fuzzy_fine");
-        if navigator.route == "trail" && navigator.speed_mps > 0.3 && !fitted {
-            let speed_mps = navigator.speed_mps;
-            let what = if law == "listing" { "has its own speeds" } else { "is tuned for 0.3 m/s" };
+        let Some(law) = TrailController::by_key(&navigator.trail_controller) else { continue };
+        if navigator.route == "trail" && navigator.speed_mps > 0.3 && !law.fits_to_speed() {
+            let (speed_mps, word) = (navigator.speed_mps, law.key());
+            let what =
+                if law.has_own_speeds() { "has its own speeds" } else { "is tuned for 0.3 m/s" };
+            let fitting = TrailController::ALL.iter().filter(|law| law.fits_to_speed());
+            let fitting: Vec<&str> = fitting.map(|law| law.key()).collect();
             found.push(format!(
-                "robots[{i}].navigator.speed_mps = {speed_mps}: trail_controller `{law}` {what}, and fit_to_speed \
-                 does not change that; above 0.3 m/s use fuzzy or fuzzy_fine"
+                "robots[{i}].navigator.speed_mps = {speed_mps}: trail_controller `{word}` {what}, and fit_to_speed \
+                 does not change that; above 0.3 m/s use {}",
+                fitting.join(" or ")
             ));
         }
     }

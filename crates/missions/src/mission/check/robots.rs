@@ -236,15 +236,8 @@ fn path(key: &str, file: &NavigatorFile) -> Checked<Option<Path>> {
 }
 
 fn trail_controller(key: &str, name: &str) -> Checked<TrailController> {
-    let names = ["fuzzy", "fuzzy_fine", "listing", "bio_mimetic", "fuzzy_angle", "pure_pursuit"];
-    Ok(match choose(key, name, &names)? {
-        0 => TrailController::Fuzzy,
-        1 => TrailController::FuzzyFine,
-        2 => TrailController::Listing,
-        3 => TrailController::BioMimetic,
-        4 => TrailController::FuzzyAngle,
-        _ => TrailController::PurePursuit,
-    })
+    let names: Vec<&str> = TrailController::ALL.iter().map(|law| law.key()).collect();
+    Ok(TrailController::ALL[choose(key, name, &names)?])
 }
 
 fn method(key: &str, name: &str) -> Checked<Method> {
@@ -257,12 +250,8 @@ fn method(key: &str, name: &str) -> Checked<Method> {
 }
 
 fn path_controller(key: &str, name: &str) -> Checked<PathController> {
-    Ok(match choose(key, name, &["fuzzy", "carrot", "pure_pursuit", "stanley"])? {
-        0 => PathController::Fuzzy,
-        1 => PathController::Carrot,
-        2 => PathController::PurePursuit,
-        _ => PathController::Stanley,
-    })
+    let names: Vec<&str> = PathController::ALL.iter().map(|law| law.key()).collect();
+    Ok(PathController::ALL[choose(key, name, &names)?])
 }
 
 /// The cruising speed: within the range of the laws, and what the robot can do.

@@ -2,6 +2,8 @@
 //!
 //! A key counts as given when it differs from its default: the resolved text of a mission has all of them.
 
+use navigator::TrailController;
+
 use crate::mission::{
     file::{
         DecisionFile, LinkFile, MissionFile, NavigatorFile, PersonFile, PheromonesFile,
@@ -146,18 +148,24 @@ fn navigator(key: &str, file: &NavigatorFile, found: &mut Vec<String>) {
         idle(key, &keys, &format!("route = \"{route}\"; `trail` reads them"), found);
         return;
     }
-    let law = file.trail_controller.as_str();
-    let fuzzy = &file.fuzzy;
-    if !matches!(law, "fuzzy" | "fuzzy_fine" | "listing") {
-        let why = format!(
-            "trail_controller = \"{law}\"; `fuzzy`, `fuzzy_fine` and `listing` have sets and rules"
-        );
+    let Some(law) = TrailController::by_key(&file.trail_controller) else { return };
+    let (word, fuzzy) = (law.key(), &file.fuzzy);
+    if !law.has_rules() {
+        let why = format!("trail_controller = \"{word}\"; {} have sets and rules", with_rules());
         idle(key, &[("fuzzy", *fuzzy != usual.fuzzy)], &why, found);
-    } else if law != "listing" {
+    } else if !law.has_own_speeds() {
         let given = fuzzy.listing_mean_mmps != usual.fuzzy.listing_mean_mmps;
-        let why = format!("trail_controller = \"{law}\"; `listing` has a speed of its own");
+        let why = format!("trail_controller = \"{word}\"; `listing` has a speed of its own");
         idle(&format!("{key}.fuzzy"), &[("listing_mean_mmps", given)], &why, found);
     }
+}
+
+/// The laws on a trail that have sets and rules, in words.
+fn with_rules() -> String {
+    let laws = TrailController::ALL.iter().filter(|law| law.has_rules());
+    let words: Vec<String> = laws.map(|law| format!("`{}`", law.key())).collect();
+    let (last, others) = words.split_last().map_or(("", &words[..]), |(l, o)| (l.as_str(), o));
+    format!("{} and {last}", others.join(", "))
 }
 
 fn pheromones(file: &MissionFile, events: &[EventPlan], found: &mut Vec<String>) {
