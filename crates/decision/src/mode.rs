@@ -9,3 +9,8 @@ pub enum Mode {
     /// As the printed listing does it, mistakes included.
     Listing,
 }
+
+settings::choices!(Mode {
+    Corrected = "corrected": "as the thesis's text means it",
+    Listing = "listing": "as the printed program does it, mistakes included",
+});

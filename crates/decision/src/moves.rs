@@ -21,6 +21,11 @@ pub enum MoveSignal {
     Pulse,
 }
 
+settings::choices!(MoveSignal {
+    Level = "level": "1 until the next MOVE",
+    Pulse = "pulse": "1 in one scan",
+});
+
 /// The digital inputs (0 to 15) that say what the robot is doing about the last `MOVE`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MovePoints {

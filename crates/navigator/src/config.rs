@@ -34,6 +34,28 @@ pub enum Method {
     Tags,
 }
 
+settings::choices!(Method {
+    Trail = "trail": "over pheromones, which a server knows of",
+    Direct = "direct": "in a straight line",
+    Path = "path": "along the corners that are given",
+    Tags = "tags": "over a trail of radio tags in the floor",
+});
+
+/// What says where the robot is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PoseMethod {
+    /// The wheels alone.
+    DeadReckoning,
+    /// The wheels, and the coordinates that tags in the floor store, where readers read any.
+    #[default]
+    TagFixes,
+}
+
+settings::choices!(PoseMethod {
+    DeadReckoning = "dead_reckoning": "what its wheels roll, and nothing else",
+    TagFixes = "tag_fixes": "the same, corrected by the coordinates that tags in the floor store, if it reads any",
+});
+
 /// What is done about obstacles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Avoidance {
@@ -46,6 +68,12 @@ pub enum Avoidance {
     #[default]
     Checked,
 }
+
+settings::choices!(Avoidance {
+    Checked = "checked": "a way around is checked against what was heard before",
+    Rebound = "rebound": "the bubble rebound as the thesis has it",
+    Off = "off": "nothing; for experiments in empty worlds",
+});
 
 /// Settings as written; every field has a working default. Checked by `NavigatorConfig::try_from`.
 #[derive(Clone, Debug, PartialEq)]
@@ -311,18 +339,22 @@ const PATH_NEAR_M: f64 = 0.1;
 const WHEEL_SPEED_MAX_RATIO: f64 = 1.6;
 
 fn trail_steering(s: &NavigatorSettings) -> Result<TrailSteering, SettingError> {
-    let tuning = TrailTuning { fuzzy: s.trail_fuzzy, listing: s.trail_listing };
-    let law = s.trail_controller.law(tuning);
-    if let TrailLaw::Fuzzy { fuzzy } = law {
-        return TrailSteering::fuzzy(fuzzy);
-    }
+    let law =
+        s.trail_controller.law(TrailTuning { fuzzy: s.trail_fuzzy, listing: s.trail_listing });
+    let most_mps = s.wheel_speed_max_mps();
+    // Where the rules say how fast H is, H itself is allowed.
+    let wheel_speed_max_mps = match law {
+        TrailLaw::Fuzzy { fuzzy } => most_mps.max(fuzzy.fast_ratio * s.speed_mps),
+        _ => most_mps,
+    };
+    let wheelbase_m = s.drive.wheelbase_m;
     let config = TrailFollowerConfig {
         law,
-        wheelbase_m: s.drive.wheelbase_m,
-        wheel_speed_max_mps: s.wheel_speed_max_mps(),
+        wheelbase_m,
+        wheel_speed_max_mps,
         ..TrailFollowerConfig::default()
     };
-    Ok(TrailSteering::of_follower(TrailFollower::new(config)?, s.control_period_s))
+    Ok(TrailSteering::new(TrailFollower::new(config)?, s.control_period_s))
 }
 
 /// The settings of the avoider that follow from the navigator's.

@@ -40,7 +40,7 @@ mod tags;
 mod trail;
 mod view;
 
-pub use config::{Avoidance, ConfigError, Method, NavigatorConfig, NavigatorSettings};
+pub use config::{Avoidance, ConfigError, Method, NavigatorConfig, NavigatorSettings, PoseMethod};
 pub use messages::{
     Command, FailureReason, GroundCommand, N_SONARS_MAX, Observation, Report, RobotStatus, Sensed,
     TagRead, age_ms,

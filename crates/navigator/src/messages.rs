@@ -219,3 +219,15 @@ impl FailureReason {
         }
     }
 }
+
+impl settings::Choice for FailureReason {
+    const ALL: &'static [Self] = &Self::ALL;
+
+    fn key(self) -> &'static str {
+        self.key()
+    }
+
+    fn about(self) -> &'static str {
+        self.as_str()
+    }
+}

@@ -141,45 +141,23 @@ fn heading_change_m(off_rad: f64, speed_mps: f64) -> f64 {
     -speed_mps * CHANGE_PERIOD_S * off_rad.clamp(-1.5, 1.5).sin()
 }
 
-/// Steers along a trail by what the two antennas smell.
-///
-/// Source: the thesis, (5.45) e = P_L − P_R and Annex B2; the other laws are those of crate
-/// `path_following`.
+/// Steers along a trail by what the two antennas smell: a law of crate `path_following`, with its control period.
 #[derive(Clone, Debug)]
 pub(crate) struct TrailSteering {
-    law: Law,
-    previous: Option<f64>,
-}
-
-#[derive(Clone, Debug)]
-enum Law {
-    /// The default law, with three sets or five; the change of the error is scaled by the pace.
-    Fuzzy(FuzzyController),
-    /// Any other, with its control period.
-    Follower(TrailFollower, Duration),
+    follower: TrailFollower,
+    period: Duration,
 }
 
 impl TrailSteering {
-    pub(crate) fn fuzzy(config: FuzzyConfig) -> Result<Self, SettingError> {
-        let controller = FuzzyController::new(config)?;
-        Ok(Self { law: Law::Fuzzy(controller), previous: None })
-    }
-
-    pub(crate) fn of_follower(follower: TrailFollower, period_s: f64) -> Self {
-        let period = Duration::from_secs_f64(period_s);
-        Self { law: Law::Follower(follower, period), previous: None }
+    pub(crate) fn new(follower: TrailFollower, period_s: f64) -> Self {
+        Self { follower, period: Duration::from_secs_f64(period_s) }
     }
 
     pub(crate) fn forget(&mut self) {
-        self.previous = None;
-        if let Law::Follower(follower, _) = &mut self.law {
-            follower.restart();
-        }
+        self.follower.restart();
     }
 
     /// Wheel speeds around `speed_mps`; `pace` is the present speed as a fraction of the one the law was tuned at.
-    /// A slow robot's error changes slowly, so its change is scaled up, at most threefold; for a fast one
-    /// both sets are wider, see [`widths`].
     pub(crate) fn step(
         &mut self,
         left: f64,
@@ -187,18 +165,8 @@ impl TrailSteering {
         speed_mps: f64,
         pace: f64,
     ) -> WheelReference {
-        let error = left - right;
-        let change = self.previous.map_or(0.0, |previous| error - previous);
-        self.previous = Some(error);
-        match &mut self.law {
-            Law::Fuzzy(fuzzy) => {
-                let (wider, faster) = widths(pace.clamp(0.34, 4.0), 1.0);
-                fuzzy.step(error / wider, change / faster, speed_mps)
-            }
-            Law::Follower(follower, period) => {
-                follower.step(TrailSense { left, right, equivalent: None }, speed_mps, *period)
-            }
-        }
+        let sensed = TrailSense { left, right, equivalent: None };
+        self.follower.step_at_pace(sensed, speed_mps, pace, self.period)
     }
 }
 
@@ -297,7 +265,8 @@ mod tests {
 
     #[test]
     fn more_on_the_left_turns_left() {
-        let mut steering = TrailSteering::fuzzy(FuzzyConfig::default()).unwrap();
+        let follower = TrailFollower::new(path_following::TrailFollowerConfig::default()).unwrap();
+        let mut steering = TrailSteering::new(follower, 0.2);
         let wheels = steering.step(80.0, 40.0, 0.3, 1.0);
         assert!(wheels.right_mps > wheels.left_mps);
         steering.forget();

@@ -27,6 +27,11 @@ pub enum TagController {
     LookAhead,
 }
 
+settings::choices!(TagController {
+    Gradient = "gradient": "two readers, a fuzzy controller on the difference of what they read",
+    LookAhead = "look_ahead": "one reader, drives the arc through the point ahead that each tag stores",
+});
+
 /// How a trail of tags is followed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TagSettings {

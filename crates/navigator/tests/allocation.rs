@@ -6,8 +6,8 @@ mod bed;
 
 use bed::{Bed, boxed, trail, wall};
 use geometry::{Base, Map, Se2, Transform2, Vec2};
-use navigator::{GroundCommand, Method, NavigatorSettings, PathController, Phase, Sensed};
-use path_following::Path;
+use navigator::{GroundCommand, Method, NavigatorSettings, Phase, Sensed};
+use path_following::{Path, PathController};
 use pheromones::Field;
 
 #[test]

@@ -53,6 +53,27 @@ pub enum Table {
     },
 }
 
+/// Which of the rule tables: what a mission chooses by a word.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TableKind {
+    /// [`Table::Antisymmetric`].
+    #[default]
+    Antisymmetric,
+    /// [`Table::LiteralMirror`].
+    LiteralMirror,
+    /// [`Table::Table51`].
+    Table51,
+    /// [`Table::Own`].
+    Own,
+}
+
+settings::choices!(TableKind {
+    Antisymmetric = "antisymmetric": "mirrored errors give mirrored wheels",
+    LiteralMirror = "literal_mirror": "the right wheel's table as printed, the left one its mirror",
+    Table51 = "table_5_1": "table 5.1 as printed",
+    Own = "own": "rules of one's own",
+});
+
 /// The rules that nine letters spell: L, M and H for slow, mean and fast, at 3 × (set of e) + (set of
 /// e′), sets in the order N, Z, P; blanks between them do not count. `None` for anything else.
 pub fn rules_of_letters(letters: &str) -> Option<RuleTable> {

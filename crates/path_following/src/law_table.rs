@@ -37,6 +37,18 @@ macro_rules! law_table {
                 match self { $( Self::$variant => $make, )+ }
             }
         }
+
+        impl settings::Choice for $name {
+            const ALL: &'static [Self] = Self::ALL;
+
+            fn key(self) -> &'static str {
+                self.key()
+            }
+
+            fn about(self) -> &'static str {
+                self.about()
+            }
+        }
     };
 }
 

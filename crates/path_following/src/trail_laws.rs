@@ -14,6 +14,7 @@ use crate::{
     fuzzy::{FuzzyConfig, FuzzyController, Sets},
     fuzzy_listing::{ListingConfig, ListingFuzzy},
     law_table::law_table,
+    path_laws::widths,
     wheels::check_range,
 };
 
@@ -117,7 +118,7 @@ impl TrailController {
         matches!(self.law(TrailTuning::default()), TrailLaw::Listing { .. })
     }
 
-    /// Whether the navigator fits it to speeds above the 0.3 m/s that all are tuned for.
+    /// Whether its sets fit speeds above the 0.3 m/s that all are tuned for, see [`TrailFollower::step_at_pace`].
     pub fn fits_to_speed(self) -> bool {
         matches!(self.law(TrailTuning::default()), TrailLaw::Fuzzy { .. })
     }
@@ -214,6 +215,10 @@ impl Default for TrailFollowerConfig {
     }
 }
 
+/// Sets fit a robot between so many times the speed that its law was tuned at.
+const PACE_MIN_RATIO: f64 = 0.34;
+const PACE_MAX_RATIO: f64 = 4.0;
+
 /// A controller that keeps a robot on a trail it smells.
 ///
 /// ```
@@ -281,6 +286,20 @@ impl TrailFollower {
     /// the caller's decision, see [`lost_for`](Self::lost_for). Stops for arguments that are not finite.
     /// O(1), allocates nothing.
     pub fn step(&mut self, sensed: TrailSense, speed_mps: f64, dt: Duration) -> WheelReference {
+        self.step_at_pace(sensed, speed_mps, 1.0, dt)
+    }
+
+    /// The same for a robot whose present speed is `pace_ratio` times the one that its law was tuned at.
+    ///
+    /// A slow robot's error changes slowly, so that [`TrailLaw::Fuzzy`] scales the change up, at most threefold; for a
+    /// fast one both its sets are wider, see [`widths`]. Other laws have no sets that fit.
+    pub fn step_at_pace(
+        &mut self,
+        sensed: TrailSense,
+        speed_mps: f64,
+        pace_ratio: f64,
+        dt: Duration,
+    ) -> WheelReference {
         if !(sensed.left + sensed.right + speed_mps).is_finite() {
             return WheelReference::STOP;
         }
@@ -297,9 +316,12 @@ impl TrailFollower {
                 .limited(self.config.wheel_speed_max_mps);
         }
         let wheels = match self.config.law {
-            TrailLaw::Fuzzy { .. } => self.infer(sensed.left - sensed.right, speed_mps),
+            TrailLaw::Fuzzy { .. } => {
+                let sets = widths(pace_ratio.clamp(PACE_MIN_RATIO, PACE_MAX_RATIO), 1.0);
+                self.infer(sensed.left - sensed.right, sets, speed_mps)
+            }
             TrailLaw::FuzzyAngle { antennas, .. } => {
-                self.infer(antennas.equivalent(&sensed).bearing_rad, speed_mps)
+                self.infer(antennas.equivalent(&sensed).bearing_rad, (1.0, 1.0), speed_mps)
             }
             TrailLaw::BioMimetic { intensity_full, reading } => {
                 let difference = (sensed.left - sensed.right) / intensity_full;
@@ -334,11 +356,12 @@ impl TrailFollower {
         }
     }
 
-    fn infer(&mut self, error: f64, speed_mps: f64) -> WheelReference {
+    /// `wider` and `faster`: how much wider the sets of the error and of its change are.
+    fn infer(&mut self, error: f64, (wider, faster): (f64, f64), speed_mps: f64) -> WheelReference {
         let change = self.previous_error.map_or(0.0, |previous| error - previous);
         self.previous_error = Some(error);
         match &self.machine {
-            Machine::Float(fuzzy) => fuzzy.step(error, change, speed_mps),
+            Machine::Float(fuzzy) => fuzzy.step(error / wider, change / faster, speed_mps),
             Machine::Listing(_) | Machine::None => WheelReference::STOP,
         }
     }

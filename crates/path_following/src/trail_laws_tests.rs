@@ -19,6 +19,34 @@ fn laws() -> impl Iterator<Item = TrailLaw> {
     TrailController::ALL.iter().map(|law| law.law(TrailTuning::default()))
 }
 
+/// The law that a mission gets unless it says otherwise is the one that is tested here.
+#[test]
+fn the_default_law_is_fuzzy() {
+    let law = TrailController::default().law(TrailTuning::default());
+    assert_eq!(law, TrailLaw::fuzzy());
+    assert_eq!(law, TrailFollowerConfig::default().law);
+}
+
+/// e = 25 of M = 50 at twice the pace: the sets are four times as wide. At half the pace the change counts twice.
+#[test]
+fn the_sets_of_the_fuzzy_law_fit_the_pace() {
+    let step = |follower: &mut TrailFollower, e: f64, pace_ratio: f64| {
+        follower.step_at_pace(sensed(120.0 + e, 120.0), 0.3, pace_ratio, DT).left_mps
+    };
+    let mut fast = follower(TrailLaw::fuzzy());
+    near(step(&mut fast, 25.0, 2.0), 0.3 - 0.15 * 0.125);
+    let mut slow = follower(TrailLaw::fuzzy());
+    near(step(&mut slow, 25.0, 0.5), 0.225);
+    let mut usual = follower(TrailLaw::fuzzy());
+    near(step(&mut usual, 25.0, 1.0), 0.225);
+    // e from 25 to 12.5: e′ = −12.5, which counts as −25 at half the pace.
+    assert!(step(&mut slow, 12.5, 0.5) > step(&mut usual, 12.5, 1.0) + 0.02);
+    // Other laws have no sets that fit.
+    let mut angle = follower(TrailLaw::fuzzy_angle());
+    let mut other = follower(TrailLaw::fuzzy_angle());
+    near(step(&mut angle, 25.0, 2.0), step(&mut other, 25.0, 1.0));
+}
+
 fn near(a: f64, b: f64) {
     assert!((a - b).abs() < 1e-9, "{a} is not {b}");
 }

@@ -39,6 +39,12 @@ pub enum Perception {
     ScalarSum,
 }
 
+settings::choices!(Perception {
+    ScalarSum = "scalar_sum": "the sum of the intensities; right on trails of any width",
+    VectorAtan2 = "vector_atan2": "the vector sum with true directions; for trails one cell wide",
+    Listing = "listing": "the vector sum as the thesis's program has it, which folds directions",
+});
+
 /// The antennas and how they perceive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SenseConfig {

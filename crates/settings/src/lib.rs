@@ -1,4 +1,4 @@
-//! Settings as people write them: single keys from the command line, and values located in their file.
+//! Settings as people write them: words to choose from, single keys from the command line, values located in their file.
 //!
 //! A settings file is TOML whose keys a crate of its own declares; here is only what all of them share.
 //!
@@ -11,10 +11,12 @@
 //! # Ok::<(), settings::OverrideError>(())
 //! ```
 
+mod choice;
 mod overrides;
 mod suggest;
 mod values;
 
+pub use choice::{Choice, chosen, chosen_of, listed, words};
 pub use overrides::{OverrideError, apply, setter};
 pub use suggest::{clarified, did_you_mean, meant_key, told};
 pub use values::{SettingError, Wrong, choose, range};

@@ -14,6 +14,11 @@ pub enum Variant {
     Visibility,
 }
 
+settings::choices!(Variant {
+    Visibility = "visibility": "as soon as nothing is in the way towards it",
+    Detour = "detour": "after a place at a fixed distance aside",
+});
+
 /// How state 6 compares headings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HeadingCheck {

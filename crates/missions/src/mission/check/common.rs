@@ -6,7 +6,7 @@ use geometry::{Se2, Vec2};
 
 use super::super::{error::Wrong, file::LinkFile, plan::LinkPlan};
 
-pub(super) use settings::{choose, range};
+pub(super) use settings::{choose, chosen, range};
 
 pub(super) type Checked<T> = Result<T, Wrong>;
 

@@ -3,10 +3,7 @@
 use std::sync::Arc;
 
 use geometry::{Se2, Vec2};
-use navigator::{
-    Avoidance, Method, NavigatorConfig, NavigatorSettings, PathController, TrailController,
-};
-use obstacle_avoidance::Variant;
+use navigator::{NavigatorConfig, NavigatorSettings};
 use path_following::Path;
 use robot_models::{OdometryErrors, RobotModel};
 use run_context::Stamp;
@@ -18,7 +15,7 @@ use super::super::{
     plan::{LinkPlan, RobotPlan, TagReadersPlan, TeleoperatorPlan},
 };
 use super::{
-    common::{Checked, N_LINKS, choose, link, point, pose, range, seconds, unique},
+    common::{Checked, N_LINKS, chosen, link, point, pose, range, seconds, unique},
     ring, tags,
 };
 
@@ -235,25 +232,6 @@ fn path(key: &str, file: &NavigatorFile) -> Checked<Option<Path>> {
     })
 }
 
-fn trail_controller(key: &str, name: &str) -> Checked<TrailController> {
-    let names: Vec<&str> = TrailController::ALL.iter().map(|law| law.key()).collect();
-    Ok(TrailController::ALL[choose(key, name, &names)?])
-}
-
-fn method(key: &str, name: &str) -> Checked<Method> {
-    Ok(match choose(key, name, &["trail", "direct", "path", "tags"])? {
-        0 => Method::Trail,
-        1 => Method::Direct,
-        2 => Method::Path,
-        _ => Method::Tags,
-    })
-}
-
-fn path_controller(key: &str, name: &str) -> Checked<PathController> {
-    let names: Vec<&str> = PathController::ALL.iter().map(|law| law.key()).collect();
-    Ok(PathController::ALL[choose(key, name, &names)?])
-}
-
 /// The cruising speed: within the range of the laws, and what the robot can do.
 fn speed_mps(key: &str, speed_mps: f64, model: &RobotModel) -> Checked<f64> {
     let speed_mps = range(key, speed_mps, 0.05..=1.0, "from 0.05 to 1 m/s")?;
@@ -295,20 +273,12 @@ fn navigator(
     let settings = NavigatorSettings {
         trail_fuzzy,
         trail_listing,
-        method: method(&at("route"), &file.route)?,
+        method: chosen(&at("route"), &file.route)?,
         tags: tags::following(key, robot, readers)?,
-        path_controller: path_controller(&at("path_controller"), &file.path_controller)?,
-        trail_controller: trail_controller(&at("trail_controller"), &file.trail_controller)?,
-        avoidance: match choose(&at("avoidance"), &file.avoidance, &["checked", "rebound", "off"])?
-        {
-            0 => Avoidance::Checked,
-            1 => Avoidance::Rebound,
-            _ => Avoidance::Off,
-        },
-        variant: match choose(&at("rebound"), &file.rebound, &["visibility", "detour"])? {
-            0 => Variant::Visibility,
-            _ => Variant::Detour,
-        },
+        path_controller: chosen(&at("path_controller"), &file.path_controller)?,
+        trail_controller: chosen(&at("trail_controller"), &file.trail_controller)?,
+        avoidance: chosen(&at("avoidance"), &file.avoidance)?,
+        variant: chosen(&at("rebound"), &file.rebound)?,
         speed_mps: speed_mps(&at("speed_mps"), file.speed_mps, model)?,
         control_period_s: f64::from(file.control_period_ms) * 1e-3,
         acceleration_mps2: acceleration_mps2(key, file)?,
