@@ -31,7 +31,9 @@ mod motion;
 mod odometer;
 mod state;
 
-use navigator::{Command, N_SONARS_MAX, Observation, RobotStatus, Sensed};
+use messages::{
+    Battery, Command, Contacts, LinkState, Motors, Observations, OdometryReading, Sensed,
+};
 use robot_models::{RobotModel, WheelSpeeds};
 use run_context::Stamp;
 use wire::create_oi::{Command as Packet, Frame, Readings, StreamDecoder, ids};
@@ -71,7 +73,6 @@ impl CreateDriver {
         let mut limits = model.limits;
         limits.acceleration_max_mps2 = config.acceleration_mps2.min(limits.acceleration_max_mps2);
         Box::new(Self::new(CreateDriverConfig {
-            range_max_m: config.range_max_m,
             line: config.line,
             ..CreateDriverConfig::new(model.drive, limits)
         }))
@@ -91,7 +92,7 @@ impl CreateDriver {
         &mut self,
         now: Stamp,
         frame: &Frame,
-        observations: &mut Vec<Observation>,
+        observations: &mut Observations,
         out: &mut Vec<u8>,
     ) {
         let about = self.config.line.sent_at(now, frame.n_bytes);
@@ -118,10 +119,9 @@ impl CreateDriver {
             self.phase = Phase::Connected;
             self.counters.n_connections += 1;
             self.motion = Motion::at_rest(now);
-            observations.push(Observation { about: now, value: Sensed::LinkUp });
+            observations.push(now, Sensed::Link(LinkState::Up));
         }
-        let value = Sensed::Robot(self.status(get(ids::VOLTAGE)));
-        observations.push(Observation { about, value });
+        self.tell(about, get(ids::VOLTAGE), observations);
         self.keep_driving(now, out);
     }
 
@@ -129,14 +129,17 @@ impl CreateDriver {
         let get = |id| r.get(id).unwrap_or(0);
         let bumps = get(ids::BUMPS_AND_DROPS);
         let overcurrents = get(ids::OVERCURRENTS);
-        let cliff = (0..4).any(|place| get(ids::CLIFF_LEFT + place) != 0);
-        let stalled = |bump: i32, drop: i32, current: i32| {
-            bumps >> bump & 1 != 0 || bumps >> drop & 1 != 0 || overcurrents >> current & 1 != 0
+        let bit = |of: i32, n: i32| of >> n & 1 != 0;
+        self.seen.contacts = Contacts {
+            stalled: [bit(overcurrents, 4), bit(overcurrents, 3)],
+            // The packets number from the right, everybody else from the left.
+            bumpers: u16::from(bit(bumps, 1)) | u16::from(bit(bumps, 0)) << 1,
+            cliffs: (0..4)
+                .fold(0, |bits, place| bits | u8::from(get(ids::CLIFF_LEFT + place) != 0) << place),
+            dropped: [bit(bumps, 3), bit(bumps, 2)],
         };
         let mode = get(ids::MODE) - self.mode_offset.unwrap_or(0);
         let was_drivable = std::mem::replace(&mut self.seen.is_drivable, mode >= 2);
-        self.seen.cliff = cliff;
-        self.seen.stalled = [stalled(1, 3, 4) || cliff, stalled(0, 2, 3) || cliff];
         self.seen.asked_mmps = [get(ids::REQUESTED_LEFT), get(ids::REQUESTED_RIGHT)];
         self.seen.charges = get(ids::CHARGING_SOURCES) != 0;
         if was_drivable && !self.seen.is_drivable && self.phase == Phase::Connected {
@@ -145,21 +148,21 @@ impl CreateDriver {
         }
     }
 
-    fn status(&self, millivolts: i32) -> RobotStatus {
+    /// What the frame says, device by device.
+    fn tell(&self, about: Stamp, millivolts: i32, observations: &mut Observations) {
+        let enabled = self.seen.is_drivable;
+        observations.push(about, Sensed::Motors(Motors { enabled }));
+        let voltage_v = 0.001 * f64::from(millivolts);
+        observations.push(about, Sensed::Battery(Battery { voltage_v }));
+        observations.push(about, Sensed::Contact(self.seen.contacts));
         let wheel_speeds = self.odometer.wheel_speeds();
         let WheelSpeeds { left_mps, right_mps } = wheel_speeds;
-        RobotStatus {
+        let odometry = OdometryReading {
             odom_from_base: self.odometer.odom_from_base(),
             wheel_speeds,
-            sonar_ranges_m: [self.config.range_max_m; N_SONARS_MAX],
-            sonar_ages_ms: [u16::MAX; N_SONARS_MAX],
-            n_sonars: 0,
-            sonar_fresh: 0,
-            stalled: self.seen.stalled,
             moving: left_mps.abs() > STANDING_MPS || right_mps.abs() > STANDING_MPS,
-            motors_enabled: self.seen.is_drivable,
-            battery_v: 0.001 * f64::from(millivolts),
-        }
+        };
+        observations.push(about, Sensed::Odometry(odometry));
     }
 }
 
@@ -169,7 +172,7 @@ impl Driver for CreateDriver {
         &mut self,
         now: Stamp,
         received: &[u8],
-        observations: &mut Vec<Observation>,
+        observations: &mut Observations,
         out: &mut Vec<u8>,
     ) {
         let before = self.last_step.replace(now);

@@ -5,7 +5,7 @@
 
 use std::{fmt::Debug, time::Duration};
 
-use navigator::{Command, Observation};
+use messages::{Command, Observations};
 use run_context::Stamp;
 
 /// The client of one robot: received bytes become observations, commands become bytes.
@@ -21,7 +21,7 @@ pub trait Driver: Debug + Send + Sync {
         &mut self,
         now: Stamp,
         received: &[u8],
-        observations: &mut Vec<Observation>,
+        observations: &mut Observations,
         out: &mut Vec<u8>,
     );
 

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use geometry::{Se2, Transform2};
-use navigator::{Command, FailureReason, GroundCommand, Observation, Report, Sensed};
+use messages::{Command, FailureReason, Observations, Order, Report, Sensed};
 use run_context::Stamp;
 use wire::{
     dle::{ByteOrder, Framing, Receiver},
@@ -75,7 +75,7 @@ impl GroundClient {
         &mut self,
         now: Stamp,
         received: &[u8],
-        observations: &mut Vec<Observation>,
+        observations: &mut Observations,
         out: &mut Vec<u8>,
     ) {
         for &byte in received {
@@ -83,8 +83,8 @@ impl GroundClient {
             match ToVehicle::decode(payload, self.config.byte_order) {
                 Ok(message) => {
                     if let Some(order) = self.take(message, out) {
-                        let value = Sensed::Ground(order);
-                        observations.push(Observation { about: now, value });
+                        let value = Sensed::Order(order);
+                        observations.push(now, value);
                     }
                 }
                 Err(_) => self.n_bad += 1,
@@ -129,7 +129,7 @@ impl GroundClient {
         }
     }
 
-    fn take(&mut self, message: ToVehicle, out: &mut Vec<u8>) -> Option<GroundCommand> {
+    fn take(&mut self, message: ToVehicle, out: &mut Vec<u8>) -> Option<Order> {
         match message {
             ToVehicle::GoTo { number, x_mm, y_mm, heading_deg } => {
                 if let Some((_, outcome)) = self.ended.filter(|(goal, _)| *goal == message) {
@@ -154,20 +154,20 @@ impl GroundClient {
             ToVehicle::Stop => {
                 self.send(ToGround::State(0), out);
                 self.forget();
-                Some(GroundCommand::Stop)
+                Some(Order::Stop)
             }
             ToVehicle::Restart => {
                 self.forget();
                 self.send(ToGround::Restarted, out);
-                Some(GroundCommand::Restart)
+                Some(Order::Restart)
             }
-            ToVehicle::ReportSonar => Some(GroundCommand::ReportSonar),
-            ToVehicle::LinkTest => Some(GroundCommand::LinkTest),
+            ToVehicle::ReportSonar => Some(Order::ReportSonar),
+            ToVehicle::LinkTest => Some(Order::LinkTest),
         }
     }
 
     /// A goal in millimetres and degrees, unless it is the present one.
-    fn begin(&mut self, message: ToVehicle, goal: [i16; 3]) -> Option<GroundCommand> {
+    fn begin(&mut self, message: ToVehicle, goal: [i16; 3]) -> Option<Order> {
         if self.goal.replace(message) == Some(message) {
             return None;
         }
@@ -175,7 +175,7 @@ impl GroundClient {
         self.acknowledged_state = false;
         let [x_mm, y_mm, heading_deg] = goal.map(f64::from);
         let goal = Se2::new(0.001 * x_mm, 0.001 * y_mm, heading_deg.to_radians());
-        Some(GroundCommand::GoTo { goal_in_map: Transform2::new(goal) })
+        Some(Order::GoTo { goal_in_map: Transform2::new(goal) })
     }
 
     /// What became of a goal.

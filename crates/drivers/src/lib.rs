@@ -1,7 +1,7 @@
 //! The client side of the wire: bytes to observations, commands to bytes.
 //!
 //! A driver is a pure state machine: it is stepped with the time and the bytes that came in,
-//! appends [`navigator::Observation`]s and bytes to send, and takes [`navigator::Command`]s.
+//! appends [`messages::Observation`]s and bytes to send, and takes [`messages::Command`]s.
 //! Whether the bytes travel over a simulated link, a socket or a serial port is the caller's
 //! business, and the driver cannot tell.
 //!

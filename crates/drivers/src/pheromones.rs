@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use navigator::{Command, Observation, Sensed};
+use messages::{Command, Observations, Sensed, Smell};
 use run_context::Stamp;
 use wire::{
     dle::{ByteOrder, Framing, Receiver},
@@ -101,7 +101,7 @@ impl PheromoneClient {
         &mut self,
         now: Stamp,
         received: &[u8],
-        observations: &mut Vec<Observation>,
+        observations: &mut Observations,
         out: &mut Vec<u8>,
     ) {
         for &byte in received {
@@ -171,7 +171,7 @@ impl PheromoneClient {
         self.counters.n_asked += 1;
     }
 
-    fn take(&mut self, reply: Reply, observations: &mut Vec<Observation>) {
+    fn take(&mut self, reply: Reply, observations: &mut Observations) {
         let fits = |awaited: &Awaited| {
             reply.opcode == awaited.opcode && reply.robot_id == self.config.robot_id
         };
@@ -182,7 +182,6 @@ impl PheromoneClient {
         self.awaited = None;
         self.counters.n_answered += 1;
         let (left, right) = (f64::from(reply.left), f64::from(reply.right));
-        observations
-            .push(Observation { about: asked, value: Sensed::Pheromones { query, left, right } });
+        observations.push(asked, Sensed::Smell(Smell { query, left, right }));
     }
 }

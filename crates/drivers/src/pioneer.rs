@@ -11,7 +11,7 @@
 //! until the robot reports that it stands.
 //!
 //! **Lost.** A robot that is not heard for [`PioneerDriverConfig::silence_max`], or no longer hears, ends
-//! the connection with [`Sensed::LinkDown`]. The driver forgets the motion command, sends STOP, says
+//! the connection with [`Sensed::Link(LinkState::Down)`]. The driver forgets the motion command, sends STOP, says
 //! nothing for longer than the robot's watchdog waits, and only then connects anew; the module
 //! `losing` says why.
 //!
@@ -28,7 +28,7 @@ mod status;
 
 use std::time::Duration;
 
-use navigator::{Command, Observation, Sensed};
+use messages::{Command, LinkState, Observations, Sensed};
 use robot_models::{BodyVelocity, WheelSpeeds};
 use run_context::Stamp;
 use wire::arcos::{self, Command as Packet, ConfigPac, Decoder, EncoderPac, Report, Sip};
@@ -156,7 +156,7 @@ impl Default for PioneerDriverConfig {
             drive_command: DriveCommand::Vel2,
             wheelbase_m: 0.38,
             settings: PioneerSettings::default(),
-            n_sonars: navigator::N_SONARS_MAX,
+            n_sonars: messages::N_RING_MAX,
             sonar_range_max_m: 5.0,
             encoder_packets: false,
             heartbeat: Duration::from_millis(800),
@@ -204,7 +204,7 @@ impl PioneerDriver {
         &mut self,
         now: Stamp,
         received: &[u8],
-        observations: &mut Vec<Observation>,
+        observations: &mut Observations,
         out: &mut Vec<u8>,
     ) {
         if !received.is_empty() {
@@ -326,13 +326,12 @@ impl PioneerDriver {
         now: Stamp,
         body_len: usize,
         sip: &Sip,
-        observations: &mut Vec<Observation>,
+        observations: &mut Observations,
     ) {
         self.counters.n_sips += 1;
         self.last_sip = now;
         let about = self.config.line.sent_at(now, body_len + 5);
-        let status = self.status.read(about, sip);
-        observations.push(Observation { about, value: Sensed::Robot(status) });
+        self.status.read(about, sip, observations);
     }
 }
 
@@ -380,7 +379,7 @@ impl PioneerDriver {
         &mut self,
         now: Stamp,
         body: &[u8],
-        observations: &mut Vec<Observation>,
+        observations: &mut Observations,
         out: &mut Vec<u8>,
     ) {
         if is_sip(body) {
@@ -409,7 +408,7 @@ impl PioneerDriver {
         now: Stamp,
         body_len: usize,
         sip: &Sip,
-        observations: &mut Vec<Observation>,
+        observations: &mut Observations,
         out: &mut Vec<u8>,
     ) {
         match self.phase {
@@ -419,7 +418,7 @@ impl PioneerDriver {
                 self.counters.n_connections += 1;
                 self.last_heartbeat = now;
                 self.last_mend = now;
-                observations.push(Observation { about: now, value: Sensed::LinkUp });
+                observations.push(now, Sensed::Link(LinkState::Up));
             }
             Phase::Sync(_) => {
                 // An old session: it must end before a new one can begin.

@@ -5,7 +5,7 @@ use std::{sync::Arc, time::Duration};
 
 use drivers::Driver;
 use geometry::Se2;
-use navigator::{Command, N_SONARS_MAX, Observation, RobotStatus, Sensed};
+use messages::{BaseState, Command, LinkState, Observations, OdometryReading, Sensed};
 use robot_models::{Odometry, OdometryErrors, RobotModel, WheelSpeeds};
 use run_context::{RunSeed, Stamp, StateHash};
 use sensor_models::SonarModel;
@@ -130,27 +130,20 @@ impl Driver for TableDriver {
         &mut self,
         now: Stamp,
         received: &[u8],
-        observations: &mut Vec<Observation>,
+        observations: &mut Observations,
         _out: &mut Vec<u8>,
     ) {
         for (_, [left, right]) in self.lines.push(received) {
             if !std::mem::replace(&mut self.is_up, true) {
-                observations.push(Observation { about: now, value: Sensed::LinkUp });
+                observations.push(now, Sensed::Link(LinkState::Up));
             }
             self.odometry.update(left, right);
-            let status = RobotStatus {
+            let odometry = OdometryReading {
                 odom_from_base: self.odometry.odom_from_base(),
                 wheel_speeds: WheelSpeeds::ZERO,
-                sonar_ranges_m: [5.0; N_SONARS_MAX],
-                sonar_ages_ms: [u16::MAX; N_SONARS_MAX],
-                n_sonars: 0,
-                sonar_fresh: 0,
-                stalled: [false; 2],
                 moving: false,
-                motors_enabled: true,
-                battery_v: 12.0,
             };
-            observations.push(Observation { about: now, value: Sensed::Robot(status) });
+            observations.push(now, Sensed::Odometry(odometry));
         }
     }
 
@@ -185,7 +178,7 @@ struct Loop {
     served: ServedWorld,
     exchange: [Exchange; 1],
     driver: Box<dyn Driver>,
-    status: Option<RobotStatus>,
+    status: BaseState,
 }
 
 impl Loop {
@@ -202,7 +195,7 @@ impl Loop {
             .unwrap();
         let mut served = ServedWorld::new(world);
         served.admit(body, board);
-        Self { served, exchange: [Exchange::default()], driver, status: None }
+        Self { served, exchange: [Exchange::default()], driver, status: BaseState::default() }
     }
 
     fn pass_ms(&mut self, millis: u64, wish: Option<Command>) {
@@ -211,17 +204,13 @@ impl Loop {
             self.served.tick(&mut self.exchange, &mut Vec::new());
             let [Exchange { received, out }] = &mut self.exchange;
             received.clear();
-            let mut observations = Vec::new();
+            let mut observations = Observations::new();
             self.driver.step(now, out, &mut observations, received);
             out.clear();
             if let Some(wish) = &wish {
                 self.driver.command(now, wish, received);
             }
-            for observation in observations {
-                if let Sensed::Robot(status) = observation.value {
-                    self.status = Some(status);
-                }
-            }
+            observations.iter().for_each(|observation| self.status.take(observation));
         }
     }
 
@@ -241,7 +230,7 @@ fn a_robot_from_outside_drives_through_the_same_traits() {
     let arc = Command::Drive(WheelSpeeds { left_mps: 0.2, right_mps: 0.3 });
     run.pass_ms(3000, Some(arc));
     run.pass_ms(2000, Some(Command::Stop));
-    let (truth, believed) = (run.truth(), run.status.unwrap().odom_from_base.se2());
+    let (truth, believed) = (run.truth(), run.status.odometry.unwrap().odom_from_base.se2());
     assert!(truth.position().norm() > 0.4 && truth.yaw_rad > 1.0, "{truth:?}");
     assert!((truth.position() - believed.position()).norm() < 0.005, "{truth:?} {believed:?}");
     // Its own watchdog, which the traits know nothing of.

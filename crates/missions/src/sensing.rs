@@ -5,7 +5,7 @@
 //! all its errors. The true pose stands beside it, for judging only.
 
 use geometry::Se2;
-use navigator::N_SONARS_MAX;
+use messages::N_RING_MAX;
 use recordings::{Recording, Scan, StampedPose};
 use run_context::{RunSeed, Stamp};
 
@@ -31,8 +31,8 @@ pub struct PoseReport {
 pub struct RingRow {
     /// The report that made the row whole.
     pub report: PoseReport,
-    ranges_m: [f64; N_SONARS_MAX],
-    stamps: [Stamp; N_SONARS_MAX],
+    ranges_m: [f64; N_RING_MAX],
+    stamps: [Stamp; N_RING_MAX],
     n_sonars: usize,
 }
 
@@ -111,8 +111,8 @@ impl RingRow {
     pub(crate) fn empty(n_sonars: usize) -> Self {
         let pose = Se2::IDENTITY;
         let report = PoseReport { stamp: Stamp::ZERO, odom_from_base: pose, world_from_base: None };
-        let (ranges_m, stamps) = ([0.0; N_SONARS_MAX], [Stamp::ZERO; N_SONARS_MAX]);
-        Self { report, ranges_m, stamps, n_sonars: n_sonars.min(N_SONARS_MAX) }
+        let (ranges_m, stamps) = ([0.0; N_RING_MAX], [Stamp::ZERO; N_RING_MAX]);
+        Self { report, ranges_m, stamps, n_sonars: n_sonars.min(N_RING_MAX) }
     }
 
     /// Puts in the reading of sonar `index`, which the robot has.

@@ -14,8 +14,8 @@ use std::{
 
 use drivers::{PioneerDriver, PioneerDriverConfig};
 use geometry::Se2;
+use messages::{BaseState, Command, Observations};
 use missions::{MemoryTransport, Mission, Run, TcpTransport, Transport};
-use navigator::{Command, Observation, RobotStatus, Sensed};
 use robot_models::{OdometryErrors, RobotModel, WheelSpeeds};
 use run_context::{RunSeed, Stamp};
 use sensor_models::SonarModel;
@@ -54,8 +54,8 @@ fn tick(robot: &mut ServedWorld, received: &[u8], out: &mut Vec<u8>) {
 fn drive(transport: &mut dyn Transport, mut pass: impl FnMut(Stamp, &mut dyn Transport)) -> f64 {
     let mut driver = PioneerDriver::new(PioneerDriverConfig::default());
     let (mut received, mut out) = (Vec::new(), Vec::new());
-    let mut observations: Vec<Observation> = Vec::new();
-    let mut last: Option<RobotStatus> = None;
+    let mut observations = Observations::new();
+    let mut last = BaseState::default();
     let mut started = false;
     for step in 0..600 {
         let now = Stamp::from_millis(step * 10);
@@ -65,11 +65,9 @@ fn drive(transport: &mut dyn Transport, mut pass: impl FnMut(Stamp, &mut dyn Tra
         transport.receive(now, &mut received).unwrap();
         driver.step(now, &received, &mut observations, &mut out);
         for observation in &observations {
-            if let Sensed::Robot(status) = observation.value {
-                last = Some(status);
-            }
+            last.take(observation);
         }
-        if !started && last.is_some_and(|s| s.motors_enabled) {
+        if !started && last.motors.is_some_and(|motors| motors.enabled) {
             started = true;
             let wheels = WheelSpeeds { left_mps: 0.2, right_mps: 0.2 };
             driver.command(now, &Command::Drive(wheels), &mut out);
@@ -77,7 +75,7 @@ fn drive(transport: &mut dyn Transport, mut pass: impl FnMut(Stamp, &mut dyn Tra
         transport.send(now, &out).unwrap();
         pass(now, transport);
     }
-    last.map_or(0.0, |s| s.odom_from_base.se2().x_m)
+    last.odometry.map_or(0.0, |odometry| odometry.odom_from_base.se2().x_m)
 }
 
 #[test]
@@ -89,7 +87,8 @@ fn the_driver_drives_a_robot_over_memory() {
     let mut connected = false;
     for step in 0..300 {
         let now = Stamp::from_millis(step * 10);
-        let (mut received, mut out, mut observations) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut received, mut out) = (Vec::new(), Vec::new());
+        let mut observations = Observations::new();
         let mut transport = MemoryTransport::new(&mut link, End::A);
         transport.receive(now, &mut received).unwrap();
         driver.step(now, &received, &mut observations, &mut out);

@@ -138,11 +138,8 @@ impl Navigator {
     }
 
     fn bubble_is_hurt(&self) -> bool {
-        let Some(status) = &self.status else { return false };
-        let n_sonars = status.n_sonars.min(status.sonar_ranges_m.len());
         let (speed_mps, period_s) = (self.speed_mps(), self.config.settings.control_period_s);
-        let ranges_m = &status.sonar_ranges_m[..n_sonars];
-        self.config.bubble.check(ranges_m, speed_mps, period_s).first.is_some()
+        self.config.bubble.check(self.base.ranges_m(), speed_mps, period_s).first.is_some()
     }
 
     fn way_is_blocked(&self, now: Stamp) -> bool {
@@ -164,17 +161,14 @@ impl Navigator {
     /// The last line: sensors that look ahead read less than their floor, wherever we think we go.
     /// A slow robot needs less.
     pub(crate) fn something_is_at_the_nose(&self, end_m: f64) -> bool {
-        let Some(status) = &self.status else { return false };
         let settings = &self.config.settings;
         let pace =
             (self.speed_mps().max(self.motion.linear_mps()) / settings.speed_mps).clamp(0.6, 1.0);
         let floors = settings.sensors.iter().zip(&settings.bubble_floors_m);
-        floors.zip(&status.sonar_ranges_m).take(status.n_sonars).any(
-            |((sensor, floor_m), range_m)| {
-                let floor_m = (pace * floor_m).min(end_m + 0.05);
-                sensor.bearing_rad.abs() < 1.1 && floor_m > 0.0 && *range_m <= floor_m
-            },
-        )
+        floors.zip(self.base.ranges_m()).any(|((sensor, floor_m), range_m)| {
+            let floor_m = (pace * floor_m).min(end_m + 0.05);
+            sensor.bearing_rad.abs() < 1.1 && floor_m > 0.0 && *range_m <= floor_m
+        })
     }
 
     /// The way that the robot is about to take.

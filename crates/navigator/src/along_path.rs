@@ -1,6 +1,7 @@
 //! Driving along a given path to its goal: leg by leg, corners on the spot, at the speed each place allows.
 
 use geometry::{Vec2, wrap_to_pi};
+use messages::{Command, FailureReason};
 use path_following::{Course, CourseLimits, Path};
 use run_context::Stamp;
 
@@ -8,7 +9,6 @@ use crate::{
     ahead::Hazard,
     arrive::TurnStatus,
     config::NavigatorSettings,
-    messages::{Command, FailureReason},
     navigator::{Navigator, SPEED_MIN_MPS},
     speed::braking_mps,
     trail::PREVIEW_STEP_M,

@@ -1,16 +1,15 @@
 //! The last phases, straight to the goal and its heading, and turns in place.
 
+use messages::{Command, FailureReason, Report};
 use std::time::Duration;
 
 use geometry::{Se2, Vec2, wrap_to_pi};
 use path_following::WheelReference;
-use robot_models::WheelSpeeds;
 use run_context::Stamp;
 
 use crate::{
     Avoidance,
     ahead::Hazard,
-    messages::{Command, FailureReason, Report},
     navigator::{Navigator, SPEED_MIN_MPS},
     view::Phase,
 };
@@ -170,7 +169,7 @@ impl Navigator {
         let way = goal - pose.position();
         let ahead_m = way.dot(&pose.heading());
         let margin_m = (0.25 * self.config.settings.goal_tolerance_m).min(0.02);
-        let moves = self.status.is_some_and(|s| s.moving) || self.motion.linear_mps() > 0.0;
+        let moves = self.base.is_moving() || self.motion.linear_mps() > 0.0;
         let there = way.norm() <= margin_m;
         let passes = moves && way.norm() < PASSED_WITHIN_M;
         there || passes && ahead_m <= self.stopping_way_m() + 0.5 * margin_m
@@ -228,7 +227,7 @@ impl Navigator {
         let Some(goal) = self.goal_point() else { return };
         let pose = self.pose_now(now);
         let behind_m = (pose.position() - goal).dot(&pose.heading());
-        let stalled = self.status.is_some_and(|s| s.stalled[0] || s.stalled[1]);
+        let stalled = self.base.is_touched();
         let done = behind_m <= self.stopping_way_m()
             || self.retreat_room_m() < 0.03
             || stalled
@@ -273,7 +272,7 @@ impl Navigator {
         commands: &mut Vec<Command>,
     ) -> TurnStatus {
         let error_rad = wrap_to_pi(heading_rad - self.pose.yaw_rad);
-        let wheels = self.status.map_or(WheelSpeeds::ZERO, |s| s.wheel_speeds);
+        let wheels = self.base.wheel_speeds();
         let still = wheels.left_mps.abs() < 0.03 && wheels.right_mps.abs() < 0.03;
         if error_rad.abs() <= tolerance_rad && still {
             self.turn = None;
@@ -337,13 +336,13 @@ impl Navigator {
         if self.config.settings.avoidance == Avoidance::Off {
             return false;
         }
-        let Some(status) = self.status.filter(|_| self.driven_m < KNOWS_ITS_SIDES_AFTER_M) else {
+        if self.driven_m >= KNOWS_ITS_SIDES_AFTER_M {
             return false;
-        };
+        }
         let footprint = &self.config.footprint;
         let reach_m = footprint.turning_radius_m() + TURN_MARGIN_M;
-        let readings = self.config.settings.sensors.iter().zip(&status.sonar_ranges_m);
-        readings.take(status.n_sonars).any(|(sensor, range_m)| {
+        let mut readings = self.config.settings.sensors.iter().zip(self.base.ranges_m());
+        readings.any(|(sensor, range_m)| {
             let sine = sensor.bearing_rad.sin();
             let aside_m = sensor.in_base.y + range_m * sine;
             // Turning to the right swings the tail to the left.

@@ -1,5 +1,6 @@
 //! The phases before and around an obstacle: wait, go around, come back.
 
+use messages::{Command, FailureReason, Report, Ring};
 use std::time::Duration;
 
 use geometry::Vec2;
@@ -10,7 +11,6 @@ use run_context::Stamp;
 use crate::{
     ahead::Hazard,
     config::{Avoidance, Method},
-    messages::{Command, FailureReason, N_SONARS_MAX, Report},
     navigator::{Navigator, SPEED_MIN_MPS},
     trail::PREVIEW_STEP_M,
     view::Phase,
@@ -167,15 +167,13 @@ impl Navigator {
             Avoidance::Rebound => None,
             Avoidance::Checked => Some(hazard),
         };
-        let status = self.status;
-        let ranges = status.map_or([f64::INFINITY; N_SONARS_MAX], |s| s.sonar_ranges_m);
-        let n_sonars = status.map_or(0, |s| s.n_sonars.min(N_SONARS_MAX));
+        let ring = self.base.ring;
         let inputs = Inputs {
             now,
             pose: self.pose,
-            ranges_m: &ranges[..n_sonars],
+            ranges_m: ring.as_ref().map_or(&[], Ring::ranges_m),
             speed_mps: self.speed_mps(),
-            stalled: status.is_some_and(|s| s.stalled[0] || s.stalled[1]),
+            stalled: self.base.is_touched(),
             saturated_turn: self.line_steering.saturated,
             obstacle,
             // A checked way is driven to its via-point; it leads past what cannot be heard from here.
@@ -246,7 +244,7 @@ impl Navigator {
         let mut targets = [Vec2::zeros(); N_TARGETS_MAX];
         let n_targets = self.targets_behind(now, &mut targets);
         let settings = &self.config.settings;
-        let ranges = self.status?.sonar_ranges_m;
+        let ranges = self.base.ring?.ranges_m;
         let rebound_rad = obstacle_avoidance::rebound_angle_rad(&settings.sensors, &ranges)?;
         let preferred_rad = self.pose.yaw_rad + rebound_rad;
         let scaled = |margin_ratio: f64, depth_ratio: f64| obstacle_avoidance::DetourConfig {
@@ -368,7 +366,7 @@ impl Navigator {
         let done = self.retreat_room_m() < 0.05
             || (self.pose.position() - from).norm() >= RETREAT_M
             || now.since(since) > Duration::from_secs(5)
-            || self.status.is_some_and(|s| s.stalled[0] || s.stalled[1]);
+            || self.base.is_touched();
         if done {
             self.bypass.retreat = None;
             self.stop_wheels(commands);

@@ -1,5 +1,6 @@
 //! Settings of a navigator: plain data first, checked once, relied on afterwards.
 
+use messages::N_RING_MAX;
 use std::time::Duration;
 
 use geometry::Vec2;
@@ -15,7 +16,6 @@ use robot_models::{DriveGeometry, OdometryNoise, RobotModel};
 
 use crate::{
     guard::Guard,
-    messages::N_SONARS_MAX,
     steer::{LineSteering, TrailSteering},
     tags::{TagSettings, TagTrail},
 };
@@ -225,7 +225,7 @@ impl NavigatorSettings {
                 bearing_rad: base_from_sensor.yaw_rad,
             }
         };
-        let sensors: Vec<RangeSensor> = model.sonars.iter().take(N_SONARS_MAX).map(place).collect();
+        let sensors: Vec<RangeSensor> = model.sonars.iter().take(N_RING_MAX).map(place).collect();
         Self {
             bubble_gains: sensors.iter().map(|s| default_bubble(s.bearing_rad).0).collect(),
             bubble_floors_m: sensors.iter().map(|s| default_bubble(s.bearing_rad).1).collect(),
@@ -427,7 +427,7 @@ fn check_ranges(s: &NavigatorSettings) -> Result<(), ConfigError> {
         ("link_limit_s", s.link_limit_s, 0.2, 60.0, "from 0.2 to 60 s"),
         ("server_limit_s", s.server_limit_s, 0.5, 60.0, "from 0.5 to 60 s"),
         ("range_max_m", s.range_max_m, 0.1, 100.0, "from 0.1 to 100 m"),
-        ("sensors", s.sensors.len() as f64, 0.0, N_SONARS_MAX as f64, "at most 16 sensors"),
+        ("sensors", s.sensors.len() as f64, 0.0, N_RING_MAX as f64, "at most 16 sensors"),
         ("drive.wheelbase_m", s.drive.wheelbase_m, 0.01, 2.0, "from 0.01 to 2 m"),
     ];
     for (key, value, least, most, requirement) in ranges {
@@ -447,7 +447,7 @@ mod tests {
         for model in RobotModel::catalogue() {
             let config = NavigatorConfig::try_from(NavigatorSettings::for_robot(&model)).unwrap();
             let n_sensors = config.settings().sensors.len();
-            assert_eq!(n_sensors, model.sonars.len().min(N_SONARS_MAX), "{}", model.name);
+            assert_eq!(n_sensors, model.sonars.len().min(N_RING_MAX), "{}", model.name);
             let turning_radius_m = config.footprint.turning_radius_m();
             assert!(turning_radius_m > model.bounding_radius_m() - 1e-9, "{}", model.name);
         }

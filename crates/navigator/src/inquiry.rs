@@ -5,7 +5,7 @@ use std::time::Duration;
 use geometry::{Se2, Transform2};
 use run_context::Stamp;
 
-use crate::messages::Command;
+use messages::Command;
 
 /// Who asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,8 +15,8 @@
 //! A trail may also lie in the floor, as intensities in radio tags: a part of its own follows it by two readers, without
 //! server and scout, and corrects the robot's pose by the coordinates that the tags store.
 //!
-//! Every phase has a limit, and running into one is visible: [`Report::Failed`] with a
-//! [`FailureReason`]. When not to use it: it plans no path off the trails and knows no map of obstacles.
+//! Every phase has a limit, and running into one is visible: [`Report::Failed`](messages::Report::Failed) with a
+//! [`FailureReason`](messages::FailureReason). When not to use it: it plans no path off the trails and knows no map of obstacles.
 //!
 //! Source: the thesis (Susnea, c. 2009, Univ. Galati), 1.2, 5.3, 6.3, 7.4, 7.5 and its Annex C;
 //! the scout, waiting before persons and the check of detours against remembered echoes are
@@ -29,7 +29,6 @@ mod avoid;
 mod config;
 mod guard;
 mod inquiry;
-mod messages;
 mod navigator;
 mod scout;
 mod speed;
@@ -41,10 +40,6 @@ mod trail;
 mod view;
 
 pub use config::{Avoidance, ConfigError, Method, NavigatorConfig, NavigatorSettings, PoseMethod};
-pub use messages::{
-    Command, FailureReason, GroundCommand, N_SONARS_MAX, Observation, Report, RobotStatus, Sensed,
-    TagRead, age_ms,
-};
 pub use navigator::Navigator;
 pub use path_following::{PathController, TrailController};
 pub use scout::Scouting;

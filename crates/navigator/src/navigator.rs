@@ -1,6 +1,10 @@
 //! The navigator itself: what it remembers, how it takes in observations, and its phases' order.
 
 use geometry::{Base, Map, Odom, Se2, Transform2, Vec2, wrap_to_pi};
+use messages::{
+    BaseState, Command, FailureReason, LinkState, N_RING_MAX, Observation, Observations,
+    OdometryReading, Order, Report, Ring, Sensed, Smell,
+};
 use obstacle_avoidance::{EchoMemory, Machine, State};
 use path_following::{Path, PathFollower, WheelReference};
 use robot_models::PoseCovariance;
@@ -14,10 +18,6 @@ use crate::{
     config::{Avoidance, Method, NavigatorConfig},
     guard::Guard,
     inquiry::{Asker, Inquiry},
-    messages::{
-        Command, FailureReason, GroundCommand, N_SONARS_MAX, Observation, Report, RobotStatus,
-        Sensed,
-    },
     scout::Scout,
     speed::Stillness,
     steer::{LineSteering, Sight, TrailSteering, to_wheels},
@@ -38,12 +38,14 @@ pub(crate) const SPEED_MIN_MPS: f64 = 0.08;
 pub struct Navigator {
     pub(crate) config: NavigatorConfig,
     pub(crate) map_from_odom: Transform2<Map, Odom>,
-    pub(crate) status: Option<RobotStatus>,
-    pub(crate) status_at: Stamp,
-    /// What time the last report is about.
-    pub(crate) status_about: Stamp,
+    /// The latest of what the robot's devices said.
+    pub(crate) base: BaseState,
+    /// When its wheels were last heard of.
+    pub(crate) base_at: Stamp,
     pub(crate) stillness: Stillness,
     link_up: bool,
+    /// Its wheels were heard of.
+    pub(crate) is_heard: bool,
     pub(crate) pose: Se2,
     pub(crate) covariance: PoseCovariance,
     pub(crate) echoes: EchoMemory,
@@ -104,11 +106,11 @@ impl Navigator {
         let parts = config.parts.clone();
         Self {
             map_from_odom,
-            status: None,
-            status_at: Stamp::ZERO,
-            status_about: Stamp::ZERO,
+            base: BaseState::default(),
+            base_at: Stamp::ZERO,
             stillness: Stillness::default(),
             link_up: true,
+            is_heard: false,
             pose: map_from_odom.se2(),
             covariance: PoseCovariance::zero(),
             echoes: EchoMemory::new(settings.echoes),
@@ -173,9 +175,13 @@ impl Navigator {
     /// `now` never decreases. Calls every 10 ms make it react fastest; control runs in its own
     /// period whatever the calls' rate. Reports and commands are in the order of their causes. No
     /// allocation once `commands` and the navigator have run a while.
-    pub fn step(&mut self, now: Stamp, observations: &[Observation], commands: &mut Vec<Command>) {
+    pub fn step(&mut self, now: Stamp, observations: &Observations, commands: &mut Vec<Command>) {
+        let mut has_sensed = false;
         for observation in observations {
-            self.observe(now, observation, commands);
+            has_sensed |= self.observe(now, observation, commands);
+        }
+        if has_sensed {
+            self.react(now, commands);
         }
         if now >= self.next_control {
             self.next_control = self.next_control.max(now) + self.config.period;
@@ -192,7 +198,7 @@ impl Navigator {
 
     /// Everything worth showing.
     pub fn view(&self) -> NavigatorView<'_> {
-        let mut bubble_limits_m = [0.0; N_SONARS_MAX];
+        let mut bubble_limits_m = [0.0; N_RING_MAX];
         let settings = &self.config.settings;
         let speed_mps = self.speed_mps().abs().max(0.5 * settings.speed_mps);
         self.config.bubble.limits(speed_mps, settings.control_period_s, &mut bubble_limits_m);
@@ -214,7 +220,7 @@ impl Navigator {
             way_ahead_m: self.preview_ahead_m(),
             intensities: self.intensities,
             bubble_limits_m,
-            n_sonars: self.status.map_or(0, |s| s.n_sonars),
+            n_sonars: self.base.ring.map_or(0, |ring| ring.n_sensors),
             follower_error: if on_trail { trail_error } else { self.line_steering.error_m },
             rebound_rad: self.machine.rebound_rad(),
             n_echoes: self.echoes.len(),
@@ -225,42 +231,57 @@ impl Navigator {
     /// Replaces the place of the robot's dead reckoning in the map, as a localiser found it.
     pub fn set_map_from_odom(&mut self, map_from_odom: Transform2<Map, Odom>) {
         self.map_from_odom = map_from_odom;
-        if let Some(status) = self.status {
-            self.pose = (map_from_odom * status.odom_from_base).se2();
+        if let Some(odometry) = self.base.odometry {
+            self.pose = (map_from_odom * odometry.odom_from_base).se2();
         }
         // What was remembered in the map is in the wrong place now.
         self.echoes.clear();
         self.tag_fix.clear();
     }
 
-    fn observe(&mut self, now: Stamp, observation: &Observation, commands: &mut Vec<Command>) {
-        match observation.value {
-            Sensed::Robot(status) => self.observe_robot(now, observation.about, status, commands),
-            Sensed::Pheromones { query, left, right } => {
+    /// Whether it was about the robot and what is around it.
+    fn observe(
+        &mut self,
+        now: Stamp,
+        observation: &Observation,
+        commands: &mut Vec<Command>,
+    ) -> bool {
+        let about = observation.about;
+        self.base.take(observation);
+        match &observation.value {
+            Sensed::Odometry(odometry) => self.observe_odometry(now, about, odometry),
+            Sensed::Ring(ring) => self.observe_ring(about, ring),
+            Sensed::Contact(_) | Sensed::Scan(_) => {}
+            Sensed::Motors(_) | Sensed::Battery(_) => return false,
+            Sensed::Smell(Smell { query, left, right }) => {
                 let intensities = (left.max(0.0), right.max(0.0));
-                match self.inquiry.answer(query) {
+                match self.inquiry.answer(*query) {
                     Some(Asker::Own) => self.follow_trail_step(now, intensities, commands),
                     Some(Asker::Scout) => self.scout_step(now, intensities),
                     None => {}
                 }
+                return false;
             }
-            Sensed::Tag(read) => self.take_tag(now, &read),
-            Sensed::Ground(order) => self.obey(now, order, commands),
-            Sensed::LinkUp => self.link_up = true,
-            Sensed::LinkDown => self.link_up = false,
+            Sensed::Tag(read) => {
+                self.take_tag(now, read);
+                return false;
+            }
+            Sensed::Order(order) => {
+                self.obey(now, *order, commands);
+                return false;
+            }
+            Sensed::Link(state) => {
+                self.link_up = *state == LinkState::Up;
+                return false;
+            }
         }
+        true
     }
 
-    fn observe_robot(
-        &mut self,
-        now: Stamp,
-        about: Stamp,
-        status: RobotStatus,
-        commands: &mut Vec<Command>,
-    ) {
-        let pose = (self.map_from_odom * status.odom_from_base).se2();
+    fn observe_odometry(&mut self, now: Stamp, about: Stamp, odometry: &OdometryReading) {
+        let pose = (self.map_from_odom * odometry.odom_from_base).se2();
         let settings = &self.config.settings;
-        if self.status.is_some() {
+        if self.is_heard {
             self.tags.roll(self.pose, pose);
             let moved = self.pose.inverse().compose(pose).log();
             self.driven_m += moved.dx_m.abs();
@@ -274,18 +295,22 @@ impl Navigator {
             );
         }
         self.pose = pose;
-        self.status = Some(status);
-        self.status_at = now;
-        self.status_about = about;
-        self.stillness.note(about, &status);
+        self.is_heard = true;
+        self.base_at = now;
+        self.stillness.note(about, odometry.wheel_speeds);
         self.link_up = true;
-        let n_sonars = status.n_sonars.min(N_SONARS_MAX);
-        let ranges_m = &status.sonar_ranges_m[..n_sonars];
-        let fresh = u32::from(status.sonar_fresh);
-        self.echoes.observe(about, pose, &settings.sensors, ranges_m, fresh);
-        self.echoes.forget_inside(pose, &self.config.footprint, 0.02);
         self.note_straight_way(pose);
-        // Between two control steps only the brake reacts; the phases find out why at the next.
+    }
+
+    fn observe_ring(&mut self, about: Stamp, ring: &Ring) {
+        let sensors = &self.config.settings.sensors;
+        let fresh = u32::from(ring.fresh);
+        self.echoes.observe(about, self.pose, sensors, ring.ranges_m(), fresh);
+    }
+
+    /// Between two control steps only the brake reacts; the phases find out why at the next.
+    fn react(&mut self, now: Stamp, commands: &mut Vec<Command>) {
+        self.echoes.forget_inside(self.pose, &self.config.footprint, 0.02);
         if self.motion.linear_mps() > 0.0 && self.hazard(now) != Hazard::None {
             self.stop_wheels(commands);
         }
@@ -302,15 +327,15 @@ impl Navigator {
         self.straight_m = way.dot(&pose.heading()).max(0.0);
     }
 
-    fn obey(&mut self, now: Stamp, order: GroundCommand, commands: &mut Vec<Command>) {
+    fn obey(&mut self, now: Stamp, order: Order, commands: &mut Vec<Command>) {
         match order {
-            GroundCommand::GoTo { goal_in_map } => self.go_to(now, goal_in_map, commands),
-            GroundCommand::Stop => {
+            Order::GoTo { goal_in_map } => self.go_to(now, goal_in_map, commands),
+            Order::Stop => {
                 self.forget_task(now);
                 self.stop_wheels(commands);
                 self.enter(Phase::Idle, now);
             }
-            GroundCommand::Restart => {
+            Order::Restart => {
                 self.forget_task(now);
                 self.echoes.clear();
                 self.stop_wheels(commands);
@@ -318,15 +343,14 @@ impl Navigator {
                 commands.push(Command::Report(Report::StateEntered(0)));
                 self.enter(Phase::Idle, now);
             }
-            GroundCommand::ReportSonar => {
+            Order::ReportSonar => {
                 let mut ranges_m = [self.config.settings.range_max_m; 8];
-                if let Some(status) = &self.status {
-                    let known = status.n_sonars.min(8);
-                    ranges_m[..known].copy_from_slice(&status.sonar_ranges_m[..known]);
-                }
+                let known = self.base.ranges_m();
+                let known = &known[..known.len().min(8)];
+                ranges_m[..known.len()].copy_from_slice(known);
                 commands.push(Command::Report(Report::Sonar(ranges_m)));
             }
-            GroundCommand::LinkTest => commands.push(Command::Report(Report::LinkEcho)),
+            Order::LinkTest => commands.push(Command::Report(Report::LinkEcho)),
         }
     }
 
@@ -338,7 +362,7 @@ impl Navigator {
             self.fail(FailureReason::BadGoal, now, commands);
             return;
         }
-        if self.status.is_some_and(|s| !s.motors_enabled) {
+        if self.base.motors.is_some_and(|motors| !motors.enabled) {
             commands.push(Command::EnableMotors(true));
         }
         self.goal = Some(goal);
@@ -365,7 +389,7 @@ impl Navigator {
             self.fail(reason, now, commands);
             return;
         }
-        if self.status.is_none() {
+        if !self.is_heard {
             return;
         }
         self.watch_progress(now);
@@ -388,7 +412,7 @@ impl Navigator {
         let settings = &self.config.settings;
         let over = |since: Stamp, limit_s: f64| now.since(since).as_secs_f64() > limit_s;
         let silent_s = self.inquiry.silence(now).as_secs_f64();
-        if over(self.status_at.max(self.task_since), settings.link_limit_s) || !self.link_up {
+        if over(self.base_at.max(self.task_since), settings.link_limit_s) || !self.link_up {
             Some(FailureReason::LinkLost)
         } else if over(self.task_since, settings.task_limit_s) {
             Some(FailureReason::TimedOut)
@@ -505,12 +529,13 @@ impl Navigator {
 
     /// What is known of where the robot is.
     pub(crate) fn sight(&self) -> Sight {
-        Sight { pose: self.pose, about: self.status_about }
+        Sight { pose: self.pose, about: self.base.about }
     }
 
     /// Measured speed over ground, metres per second.
     pub(crate) fn speed_mps(&self) -> f64 {
-        self.status.map_or(0.0, |s| 0.5 * (s.wheel_speeds.left_mps + s.wheel_speeds.right_mps))
+        let wheels = self.base.wheel_speeds();
+        0.5 * (wheels.left_mps + wheels.right_mps)
     }
 
     fn target(&self) -> Option<Vec2> {

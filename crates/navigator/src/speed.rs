@@ -1,5 +1,6 @@
 //! How fast: what still stops in time, what the way ahead allows, and where the robot is by now.
 
+use robot_models::WheelSpeeds;
 use std::time::Duration;
 
 use geometry::{Se2, Twist, Vec2, wrap_to_pi};
@@ -8,7 +9,6 @@ use run_context::Stamp;
 use crate::{
     ahead::STAND_OFF_M,
     config::{Avoidance, Method},
-    messages::RobotStatus,
     navigator::{Navigator, SPEED_MIN_MPS},
     trail::PREVIEW_STEP_M,
 };
@@ -60,8 +60,7 @@ pub(crate) struct Stillness {
 
 impl Stillness {
     /// Takes a report that is about `about`.
-    pub(crate) fn note(&mut self, about: Stamp, status: &RobotStatus) {
-        let wheels = status.wheel_speeds;
+    pub(crate) fn note(&mut self, about: Stamp, wheels: WheelSpeeds) {
         let stands = wheels.left_mps.abs() < STILL_MPS && wheels.right_mps.abs() < STILL_MPS;
         self.since = if stands { self.since.or(Some(about)) } else { None };
         self.latest = about;
@@ -76,12 +75,12 @@ impl Stillness {
 impl Navigator {
     /// How old the last report is, seconds.
     pub(crate) fn report_age_s(&self, now: Stamp) -> f64 {
-        now.since(self.status_about).as_secs_f64().min(REPORT_AGE_MAX_S)
+        now.since(self.base.about).as_secs_f64().min(REPORT_AGE_MAX_S)
     }
 
     /// How long a command takes to the wheels, as long as the last report took, seconds.
     pub(crate) fn command_delay_s(&self) -> f64 {
-        self.status_at.since(self.status_about).as_secs_f64().min(REPORT_AGE_MAX_S)
+        self.base_at.since(self.base.about).as_secs_f64().min(REPORT_AGE_MAX_S)
     }
 
     /// Where the robot is by now: the reported pose and what its wheels have done since.
@@ -96,8 +95,7 @@ impl Navigator {
 
     /// The reported pose and what the wheels do in the time after it.
     fn pose_after_s(&self, age_s: f64) -> Se2 {
-        let Some(status) = self.status else { return self.pose };
-        let velocity = self.config.settings.drive.body_velocity(status.wheel_speeds);
+        let velocity = self.config.settings.drive.body_velocity(self.base.wheel_speeds());
         self.pose.compose(Se2::exp(Twist {
             dx_m: velocity.linear_mps * age_s,
             dy_m: 0.0,

@@ -1,6 +1,7 @@
 //! The phases on a trail of tags: look around for it, follow it, lose it and find it again.
 
 use geometry::Transform2;
+use messages::{Command, FailureReason, TagRead};
 use path_following::TagStep;
 use run_context::Stamp;
 
@@ -8,7 +9,6 @@ use crate::{
     ahead::Hazard,
     arrive::TurnStatus,
     config::Method,
-    messages::{Command, FailureReason, TagRead},
     navigator::Navigator,
     tags::{Aim, Search},
     trail::PREVIEW_STEP_M,
@@ -45,9 +45,9 @@ impl Navigator {
     fn correct_by_tags(&mut self) {
         let (corrected, knows_heading) = self.tag_fix.corrected(self.map_from_odom.se2());
         self.map_from_odom = Transform2::new(corrected);
-        let Some(status) = self.status else { return };
+        let Some(odometry) = self.base.odometry else { return };
         let before = self.pose.position();
-        self.pose = (self.map_from_odom * status.odom_from_base).se2();
+        self.pose = (self.map_from_odom * odometry.odom_from_base).se2();
         if (self.pose.position() - before).norm() > JUMP_M {
             // What was remembered in the map is in the wrong place now.
             self.echoes.clear();

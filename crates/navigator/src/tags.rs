@@ -12,7 +12,7 @@ use path_following::{
     SettingError, Side, TagFollower, TagFollowerConfig, TagStep, WheelReference, pursue,
 };
 
-use crate::messages::TagRead;
+use messages::TagRead;
 
 /// Most readers on a robot.
 pub const N_TAG_READERS_MAX: usize = 2;

@@ -1,5 +1,6 @@
 //! The phases on a trail: find it and its direction, follow it, lose it and find it again.
 
+use messages::{Command, FailureReason};
 use std::time::Duration;
 
 use geometry::wrap_to_pi;
@@ -7,14 +8,8 @@ use path_following::WheelReference;
 use run_context::Stamp;
 
 use crate::{
-    ahead::Hazard,
-    arrive::TurnStatus,
-    config::Method,
-    inquiry::Asker,
-    messages::{Command, FailureReason},
-    navigator::Navigator,
-    scout::Search,
-    view::Phase,
+    ahead::Hazard, arrive::TurnStatus, config::Method, inquiry::Asker, navigator::Navigator,
+    scout::Search, view::Phase,
 };
 
 /// Both wheels when the trail is lost, metres per second: VL = VR = 4 in units of 20 mm/s
@@ -106,7 +101,7 @@ impl Navigator {
     pub(crate) fn pump_questions(&mut self, now: Stamp, commands: &mut Vec<Command>) {
         let busy = !matches!(self.phase, Phase::Idle | Phase::Arrived | Phase::Failed(_));
         let on_trail = self.config.settings.method == Method::Trail;
-        if !busy || !on_trail || self.status.is_none() || !self.inquiry.is_free(now) {
+        if !busy || !on_trail || !self.is_heard || !self.inquiry.is_free(now) {
             return;
         }
         if self.own_wanted {

@@ -1,12 +1,10 @@
 //! What a navigator shows of itself: for screens and recordings, never read back.
 
 use geometry::{Base, Map, Transform2, Vec2};
+use messages::{FailureReason, N_RING_MAX};
 use robot_models::UncertaintyEllipse;
 
-use crate::{
-    messages::{FailureReason, N_SONARS_MAX},
-    scout::Scouting,
-};
+use crate::scout::Scouting;
 
 /// What a navigator is busy with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -84,7 +82,7 @@ pub struct NavigatorView<'a> {
     /// The last intensities at the robot's own pose: left, right.
     pub intensities: Option<(f64, f64)>,
     /// The bubble's boundary of each sensor, metres; zero where there is no sensor.
-    pub bubble_limits_m: [f64; N_SONARS_MAX],
+    pub bubble_limits_m: [f64; N_RING_MAX],
     /// Number of sensors of which `bubble_limits_m` speaks.
     pub n_sonars: usize,
     /// The follower's error: P_L − P_R on a trail, metres to the left on a path.

@@ -6,7 +6,8 @@ mod bed;
 
 use bed::{Bed, boxed, trail, wall};
 use geometry::{Base, Map, Se2, Transform2, Vec2};
-use navigator::{GroundCommand, Method, NavigatorSettings, Phase, Sensed};
+use messages::{Order, Sensed};
+use navigator::{Method, NavigatorSettings, Phase};
 use path_following::{Path, PathController};
 use pheromones::Field;
 
@@ -17,7 +18,7 @@ fn steps_on_the_trail_and_around_an_obstacle_allocate_nothing() {
     let field = trail(&[(0.0, 0.0), (10.0, 0.0)]);
     let mut bed = Bed::new(|s| s, walls, field, Se2::IDENTITY, 1);
     let goal_in_map = Transform2::<Map, Base>::new(Se2::new(8.0, 0.0, 0.5));
-    bed.tell(Sensed::Ground(GroundCommand::GoTo { goal_in_map }));
+    bed.tell(Sensed::Order(Order::GoTo { goal_in_map }));
     let (mut n_allocations, mut phases) = (0, Vec::new());
     bed.count_allocations = true;
     for k in 0..20_000 {
@@ -58,7 +59,7 @@ fn steps_along_a_path_around_its_corners_and_to_its_goal_allocate_nothing() {
         let mut n_allocations = 0;
         for k in 0..12_000 {
             if k == 100 {
-                bed.tell(Sensed::Ground(GroundCommand::GoTo { goal_in_map }));
+                bed.tell(Sensed::Order(Order::GoTo { goal_in_map }));
             }
             bed.tick();
             n_allocations += if k > 50 { bed.n_allocations } else { 0 };

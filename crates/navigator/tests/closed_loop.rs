@@ -6,10 +6,8 @@ mod bed;
 
 use bed::{Bed, Figures, Person, boxed, trail, wall};
 use geometry::{Se2, Segment, Vec2};
-use navigator::{
-    Avoidance, FailureReason, GroundCommand, Method, NavigatorSettings, PathController, Phase,
-    Report, Sensed, TrailController,
-};
+use messages::{FailureReason, Order, Report, Sensed};
+use navigator::{Avoidance, Method, NavigatorSettings, PathController, Phase, TrailController};
 use obstacle_avoidance::Variant;
 use path_following::Path;
 use pheromones::Field;
@@ -491,9 +489,9 @@ fn stop_stops_and_orders_are_answered() {
         Bed::new(same, corridor(2.0), trail(&[(0.0, 0.0), (10.0, 0.0)]), Se2::IDENTITY, 1);
     bed.run_to(Se2::new(8.0, 0.0, 0.0), 12.0);
     assert_eq!(bed.navigator.phase(), Phase::FollowTrail);
-    bed.tell(Sensed::Ground(GroundCommand::Stop));
-    bed.tell(Sensed::Ground(GroundCommand::LinkTest));
-    bed.tell(Sensed::Ground(GroundCommand::ReportSonar));
+    bed.tell(Sensed::Order(Order::Stop));
+    bed.tell(Sensed::Order(Order::LinkTest));
+    bed.tell(Sensed::Order(Order::ReportSonar));
     for _ in 0..300 {
         bed.tick();
     }
@@ -503,7 +501,7 @@ fn stop_stops_and_orders_are_answered() {
     assert!(reports.contains(&Report::LinkEcho));
     let sonar = reports.iter().find_map(|r| if let Report::Sonar(s) = r { Some(*s) } else { None });
     assert!((sonar.unwrap()[0] - 1.86).abs() < 0.1, "{sonar:?}");
-    bed.tell(Sensed::Ground(GroundCommand::Restart));
+    bed.tell(Sensed::Order(Order::Restart));
     bed.tick();
     assert_eq!(bed.figures.reports.last(), Some(&Report::StateEntered(0)));
 }

@@ -11,7 +11,8 @@ mod bed;
 
 use bed::{Bed, wall};
 use geometry::{Se2, Segment, Vec2, wrap_to_pi};
-use navigator::{FailureReason, Phase};
+use messages::FailureReason;
+use navigator::Phase;
 use pheromones::Field;
 use run_context::RunSeed;
 

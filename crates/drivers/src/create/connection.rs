@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use navigator::{Observation, Sensed};
+use messages::{LinkState, Observations, Sensed};
 use run_context::Stamp;
 use wire::create_oi::{Command as Packet, STREAM_HEADER};
 
@@ -28,7 +28,7 @@ impl CreateDriver {
         &mut self,
         now: Stamp,
         is_first: bool,
-        observations: &mut Vec<Observation>,
+        observations: &mut Observations,
         out: &mut Vec<u8>,
     ) {
         match self.phase {
@@ -42,7 +42,7 @@ impl CreateDriver {
                 let is_deaf = self.motion.unheard_for(now) >= self.config.silence_max;
                 if is_deaf || now.since(self.last_frame) >= self.config.silence_max {
                     self.counters.n_losses += 1;
-                    observations.push(Observation { about: now, value: Sensed::LinkDown });
+                    observations.push(now, Sensed::Link(LinkState::Down));
                     self.begin_looking(now);
                     self.look(now, out);
                 } else {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use geometry::wrap_to_pi;
-use navigator::Command;
+use messages::Command;
 use robot_models::{BodyVelocity, WheelSpeeds};
 use run_context::Stamp;
 use wire::create_oi::Command as Packet;
@@ -102,7 +102,7 @@ impl CreateDriver {
             Wish::Heading(heading_rad) => self.turning(heading_rad),
         };
         let velocity = drive.body_velocity(wheels);
-        let wheels = if self.seen.cliff && velocity.linear_mps > 0.0 {
+        let wheels = if self.seen.contacts.cliffs != 0 && velocity.linear_mps > 0.0 {
             // Backwards and on the spot only.
             drive.wheel_speeds(BodyVelocity { linear_mps: 0.0, ..velocity })
         } else {

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use messages::Contacts;
 use robot_models::{DriveGeometry, DriveLimits};
 use run_context::Stamp;
 use wire::create_oi::{Command as Packet, StreamDecoder, ids};
@@ -43,8 +44,6 @@ pub struct CreateDriverConfig {
     pub drive: DriveGeometry,
     /// What its wheels can do.
     pub limits: DriveLimits,
-    /// Range that stands for «nothing heard», m.
-    pub range_max_m: f64,
     /// How long a motion command holds without being renewed; a turn ends by itself.
     pub hold_max: Duration,
     /// Time between two steps after which the robot drove unseen and is stopped first.
@@ -104,9 +103,7 @@ pub struct CreateDriver {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Seen {
     pub(super) is_drivable: bool,
-    pub(super) cliff: bool,
-    /// Left and right.
-    pub(super) stalled: [bool; 2],
+    pub(super) contacts: Contacts,
     pub(super) asked_mmps: [i32; 2],
     pub(super) charges: bool,
 }
@@ -117,7 +114,6 @@ impl CreateDriverConfig {
         Self {
             drive,
             limits,
-            range_max_m: 5.0,
             hold_max: Duration::from_millis(2500),
             gap_max: Duration::from_millis(500),
             silence_max: Duration::from_millis(500),

@@ -1,6 +1,6 @@
 //! A Pioneer's driver among others.
 
-use navigator::{Command, N_SONARS_MAX, Observation};
+use messages::{Command, N_RING_MAX, Observations};
 use robot_models::RobotModel;
 use run_context::Stamp;
 use wire::arcos::Command as Packet;
@@ -19,7 +19,7 @@ impl Driver for PioneerDriver {
         &mut self,
         now: Stamp,
         received: &[u8],
-        observations: &mut Vec<Observation>,
+        observations: &mut Observations,
         out: &mut Vec<u8>,
     ) {
         Self::step(self, now, received, observations, out);
@@ -50,7 +50,7 @@ impl PioneerDriver {
         Box::new(Self::new(PioneerDriverConfig {
             wheelbase_m: model.drive.wheelbase_m,
             settings: settings(model, config),
-            n_sonars: model.sonars.len().min(N_SONARS_MAX),
+            n_sonars: model.sonars.len().min(N_RING_MAX),
             sonar_range_max_m: config.range_max_m,
             line: config.line,
             ..PioneerDriverConfig::default()

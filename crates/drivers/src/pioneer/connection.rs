@@ -1,6 +1,6 @@
 //! Connecting, and putting right what was lost on the way.
 
-use navigator::Observation;
+use messages::Observations;
 use run_context::Stamp;
 use wire::arcos::{Command as Packet, ConfigPac, Sip};
 
@@ -40,7 +40,7 @@ impl PioneerDriver {
     pub(super) fn keep_up(
         &mut self,
         now: Stamp,
-        observations: &mut Vec<Observation>,
+        observations: &mut Observations,
         out: &mut Vec<u8>,
     ) {
         if !self.started {

@@ -20,7 +20,7 @@
 
 use std::time::Duration;
 
-use navigator::{Command, Observation, Sensed};
+use messages::{Command, LinkState, Observations, Sensed};
 use run_context::Stamp;
 use wire::arcos::{Command as Packet, Sip};
 
@@ -92,13 +92,8 @@ impl PioneerDriver {
     }
 
     /// Gives the robot up: stops it, and is silent then.
-    pub(super) fn lose(
-        &mut self,
-        now: Stamp,
-        observations: &mut Vec<Observation>,
-        out: &mut Vec<u8>,
-    ) {
-        observations.push(Observation { about: now, value: Sensed::LinkDown });
+    pub(super) fn lose(&mut self, now: Stamp, observations: &mut Observations, out: &mut Vec<u8>) {
+        observations.push(now, Sensed::Link(LinkState::Down));
         self.counters.n_losses += 1;
         self.be_silent(now);
         self.last_stops = N_LAST_STOPS;

@@ -3,7 +3,7 @@
 use std::{sync::Arc, time::Duration};
 
 use geometry::{Se2, SegmentWorld, Vec2};
-use navigator::{Command, Observation, RobotStatus, Sensed};
+use messages::{BaseState, Command, LinkState, Observations, Sensed};
 use robot_models::{OdometryErrors, RobotModel, WheelSpeeds};
 use run_context::{RunSeed, Stamp};
 use sensor_models::SonarModel;
@@ -33,8 +33,8 @@ struct Loop {
     firmware: PioneerFirmware,
     link: Link,
     driver: PioneerDriver,
-    observations: Vec<Observation>,
-    status: Option<RobotStatus>,
+    observations: Observations,
+    status: BaseState,
     n_link_up: usize,
     n_link_down: usize,
 }
@@ -65,8 +65,8 @@ impl Loop {
                 line,
                 ..PioneerDriverConfig::default()
             }),
-            observations: Vec::new(),
-            status: None,
+            observations: Observations::new(),
+            status: BaseState::default(),
             n_link_up: 0,
             n_link_down: 0,
         }
@@ -88,13 +88,11 @@ impl Loop {
         }
         self.link.send(End::A, now, &out);
         for observation in &self.observations {
+            self.status.take(observation);
             match observation.value {
-                Sensed::Robot(status) => {
-                    assert!(observation.about <= now);
-                    self.status = Some(status);
-                }
-                Sensed::LinkUp => self.n_link_up += 1,
-                Sensed::LinkDown => self.n_link_down += 1,
+                Sensed::Odometry(_) => assert!(observation.about <= now),
+                Sensed::Link(LinkState::Up) => self.n_link_up += 1,
+                Sensed::Link(LinkState::Down) => self.n_link_down += 1,
                 _ => {}
             }
         }
@@ -150,7 +148,7 @@ fn over_a_bad_line_it_connects_drives_two_metres_turns_and_stops_on_silence() {
         run.pass_ms(4000);
         assert!(run.firmware.motors_enabled(), "seed {seed}");
         // Two metres, as a navigator would: a reference every 200 ms until the odometer says so.
-        while run.status.unwrap().odom_from_base.se2().x_m < 1.9 {
+        while run.status.odometry.unwrap().odom_from_base.se2().x_m < 1.9 {
             assert!(run.world.now() < Stamp::from_millis(60_000), "seed {seed}");
             run.tick(Some(&drive(0.3)));
             run.pass_ms(190);
@@ -162,7 +160,7 @@ fn over_a_bad_line_it_connects_drives_two_metres_turns_and_stops_on_silence() {
         assert!((pose.x_m - 2.0).abs() < 0.2 && pose.y_m.abs() < 0.02, "seed {seed}: {pose:?}");
         assert!(run.speed_mps() < 1e-9, "seed {seed}");
         // The robot's own report agrees with the truth: perfect odometry, whole millimetres.
-        let odom = run.status.unwrap().odom_from_base.se2();
+        let odom = run.status.odometry.unwrap().odom_from_base.se2();
         assert!((odom.x_m - pose.x_m).abs() < 0.003, "seed {seed}: {odom:?} {pose:?}");
         // A turn is asked for once; the driver repeats it with its heartbeat.
         let heading_in_odom_rad = -2.0;
@@ -296,9 +294,9 @@ fn every_sonar_is_heard_within_half_a_second() {
     for _ in 0..50 {
         run.tick(None);
         for observation in &run.observations {
-            if let Sensed::Robot(status) = observation.value {
-                fresh |= status.sonar_fresh;
-                assert!(status.sonar_ranges_m.iter().all(|range_m| (0.1..=5.0).contains(range_m)));
+            if let Sensed::Ring(ring) = observation.value {
+                fresh |= ring.fresh;
+                assert!(ring.ranges_m().iter().all(|range_m| (0.1..=5.0).contains(range_m)));
             }
         }
     }

@@ -3,7 +3,7 @@
 use std::{f64::consts::PI, sync::Arc, time::Duration};
 
 use geometry::{Polygon, Se2, Segment, SegmentWorld, Vec2};
-use navigator::{Command, Observation, RobotStatus, Sensed};
+use messages::{BaseState, Command, Contacts, LinkState, Observations, Sensed};
 use robot_models::{OdometryErrors, RobotModel, WheelSpeeds};
 use run_context::{RunSeed, Stamp};
 use sensor_models::SonarModel;
@@ -19,7 +19,7 @@ struct Loop {
     board: CreateFirmware,
     driver: CreateDriver,
     link: Link,
-    status: Option<RobotStatus>,
+    status: BaseState,
     ups: u32,
     downs: u32,
     /// Repeated in every tick, as a navigator renews what it wants.
@@ -53,7 +53,7 @@ impl Loop {
             board: CreateFirmware::new(model, BatteryConfig::default()),
             driver: CreateDriver::new(driver),
             link: Link::new(config, RunSeed(seed).stream("link")).unwrap(),
-            status: None,
+            status: BaseState::default(),
             ups: 0,
             downs: 0,
             wish: None,
@@ -82,15 +82,15 @@ impl Loop {
     fn step_driver(&mut self) {
         let now = self.world.now();
         let (mut received, mut out) = (Vec::new(), Vec::new());
-        let mut observations: Vec<Observation> = Vec::new();
+        let mut observations = Observations::new();
         self.link.receive(End::A, now, &mut received);
         self.driver.step(now, &received, &mut observations, &mut out);
-        for observation in observations {
+        for observation in &observations {
+            self.status.take(observation);
             assert!(observation.about <= now);
             match observation.value {
-                Sensed::Robot(status) => self.status = Some(status),
-                Sensed::LinkUp => self.ups += 1,
-                Sensed::LinkDown => self.downs += 1,
+                Sensed::Link(LinkState::Up) => self.ups += 1,
+                Sensed::Link(LinkState::Down) => self.downs += 1,
                 _ => {}
             }
         }
@@ -132,7 +132,7 @@ impl Loop {
     }
 
     fn believed(&self) -> Se2 {
-        self.status.unwrap().odom_from_base.se2()
+        self.status.odometry.unwrap().odom_from_base.se2()
     }
 }
 
@@ -144,13 +144,13 @@ fn forwards(mps: f64) -> Command {
 fn it_connects_drives_and_knows_where_it_is() {
     let mut run = Loop::clean();
     run.pass_ms(500);
-    assert!(run.driver.is_connected() && run.status.unwrap().motors_enabled);
-    assert!((run.status.unwrap().battery_v - 16.5).abs() < 0.01);
+    assert!(run.driver.is_connected() && run.status.motors.unwrap().enabled);
+    assert!((run.status.battery.unwrap().voltage_v - 16.5).abs() < 0.01);
     run.wish = Some(Command::Drive(WheelSpeeds { left_mps: 0.2, right_mps: 0.3 }));
     run.pass_ms(4000);
-    let speeds = run.status.unwrap().wheel_speeds;
+    let speeds = run.status.wheel_speeds();
     assert!((speeds.left_mps - 0.2).abs() < 0.01 && (speeds.right_mps - 0.3).abs() < 0.01);
-    assert!(run.status.unwrap().moving);
+    assert!(run.status.is_moving());
     run.wish = None;
     run.command(Command::Stop);
     run.pass_ms(1000);
@@ -158,7 +158,7 @@ fn it_connects_drives_and_knows_where_it_is() {
     assert!(pose.x_m.hypot(pose.y_m) > 0.5 && pose.yaw_rad > 1.0, "{pose:?}");
     assert!((pose.position() - believed.position()).norm() < 0.003, "{pose:?} {believed:?}");
     assert!((pose.yaw_rad - believed.yaw_rad).abs() < 0.005);
-    assert!(run.speed_mps() < 1e-9 && !run.status.unwrap().moving);
+    assert!(run.speed_mps() < 1e-9 && !run.status.is_moving());
     assert_eq!((run.ups, run.downs, run.driver.counters().n_mended), (1, 0, 0));
 }
 
@@ -221,7 +221,7 @@ fn a_robot_that_is_not_heard_is_stopped_and_found_again() {
     run.wish = None;
     run.pass_ms(1500);
     assert!(run.driver.is_connected() && run.ups == 2);
-    assert!(run.speed_mps() < 1e-9 && run.status.unwrap().motors_enabled);
+    assert!(run.speed_mps() < 1e-9 && run.status.motors.unwrap().enabled);
     // It counted on while nobody heard.
     assert!((run.believed().x_m - run.pose().x_m).abs() < 0.005);
 }
@@ -297,25 +297,26 @@ fn at_a_cliff_it_stands_says_so_and_backs_off() {
     run.wish = Some(forwards(0.2));
     run.pass_ms(10_000);
     assert!((0.8..0.95).contains(&run.pose().x_m), "{:?}", run.pose());
-    let status = run.status.unwrap();
-    assert!(status.stalled == [true; 2] && run.driver.counters().n_safety_stops == 1);
-    assert!(status.motors_enabled && run.speed_mps() < 1e-9);
+    let contacts = run.status.contacts.unwrap();
+    // Only the front: the two sensors in the middle, or all four.
+    assert!(contacts.cliffs & 0b0110 != 0 && contacts.bumpers == 0, "{contacts:?}");
+    assert!(run.driver.counters().n_safety_stops == 1);
+    assert!(run.status.motors.unwrap().enabled && run.speed_mps() < 1e-9);
     run.wish = Some(forwards(-0.2));
     run.pass_ms(1500);
-    assert!(run.pose().x_m < 0.7 && run.status.unwrap().stalled == [false; 2]);
+    assert!(run.pose().x_m < 0.7 && run.status.contacts == Some(Contacts::default()));
 }
 
 #[test]
 fn contacts_are_told_by_side() {
-    for (yaw, stalled) in [(0.6, [false, true]), (-0.6, [true, false])] {
+    for (yaw, aside) in [(0.6, 1), (-0.6, 0)] {
         let mut run = Loop::clean();
         run.world.relocate_robot(run.body, Se2::new(4.5, 0.0, yaw)).unwrap();
         run.pass_ms(500);
         run.wish = Some(forwards(0.2));
         run.pass_ms(4000);
-        let found = run.status.unwrap().stalled;
-        let aside = usize::from(stalled[1]);
-        assert!(found[aside], "{yaw} {found:?}");
+        let found = run.status.contacts.unwrap();
+        assert!(found.bumpers >> aside & 1 == 1 && found.any(), "{yaw} {found:?}");
     }
 }
 
@@ -344,10 +345,10 @@ fn motors_that_are_off_are_passive_mode() {
     run.command(Command::EnableMotors(false));
     run.wish = Some(forwards(0.2));
     run.pass_ms(2000);
-    assert!(!run.status.unwrap().motors_enabled && run.speed_mps() < 1e-9);
+    assert!(!run.status.motors.unwrap().enabled && run.speed_mps() < 1e-9);
     run.command(Command::EnableMotors(true));
     run.pass_ms(1000);
-    assert!(run.status.unwrap().motors_enabled && run.speed_mps() > 0.19);
+    assert!(run.status.motors.unwrap().enabled && run.speed_mps() > 0.19);
 }
 
 #[test]
@@ -363,11 +364,11 @@ fn firmware_that_counts_its_modes_from_two_is_understood() {
             readings.set(ids::MODE, mode + offset);
             let mut bytes = Vec::new();
             write_frame(&[ids::MODE, ids::ENCODER_LEFT, ids::ENCODER_RIGHT], &readings, &mut bytes);
-            let mut observations = Vec::new();
+            let mut observations = Observations::new();
             let now = Stamp::from_millis(15 * tick as u64);
             driver.step(now, &bytes, &mut observations, &mut Vec::new());
             drivable.extend(observations.iter().filter_map(|seen| match seen.value {
-                Sensed::Robot(status) => Some(status.motors_enabled),
+                Sensed::Motors(motors) => Some(motors.enabled),
                 _ => None,
             }));
         }

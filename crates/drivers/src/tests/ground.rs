@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use navigator::{Command, FailureReason, GroundCommand, Observation, Report, Sensed};
+use messages::{Command, FailureReason, Observations, Order, Report, Sensed};
 use run_context::{RunSeed, Stamp};
 use wire::{
     ground_link::{ToGround, ToVehicle},
@@ -24,7 +24,7 @@ struct Bench {
     link: Link,
     now: Stamp,
     events: Vec<GroundStationEvent>,
-    seen: Vec<Observation>,
+    seen: Observations,
 }
 
 impl Bench {
@@ -35,7 +35,7 @@ impl Bench {
             link: Link::new(link, RunSeed(seed).stream("radio")).unwrap(),
             now: Stamp::ZERO,
             events: Vec::new(),
-            seen: Vec::new(),
+            seen: Observations::new(),
         }
     }
 
@@ -61,7 +61,7 @@ impl Bench {
     }
 
     fn goals_seen(&self) -> usize {
-        let is_goal = |order: &GroundCommand| matches!(order, GroundCommand::GoTo { .. });
+        let is_goal = |order: &Order| matches!(order, Order::GoTo { .. });
         self.orders_seen().iter().filter(|order| is_goal(order)).count()
     }
 
@@ -93,10 +93,10 @@ impl Bench {
             .collect()
     }
 
-    fn orders_seen(&self) -> Vec<GroundCommand> {
+    fn orders_seen(&self) -> Vec<Order> {
         self.seen
             .iter()
-            .filter_map(|o| if let Sensed::Ground(order) = o.value { Some(order) } else { None })
+            .filter_map(|o| if let Sensed::Order(order) = o.value { Some(order) } else { None })
             .collect()
     }
 }
@@ -107,7 +107,7 @@ fn a_goal_reaches_the_navigator_once_and_is_acknowledged_once() {
     bench.go_to(GOAL);
     bench.pass_ms(100);
     let orders = bench.orders_seen();
-    let [GroundCommand::GoTo { goal_in_map }] = orders.as_slice() else { panic!("{orders:?}") };
+    let [Order::GoTo { goal_in_map }] = orders.as_slice() else { panic!("{orders:?}") };
     let goal = goal_in_map.se2();
     assert!((goal.x_m - 5.0).abs() < 1e-12 && (goal.y_m + 3.5).abs() < 1e-12);
     assert!((goal.yaw_rad - std::f64::consts::FRAC_PI_4).abs() < 1e-12);
@@ -165,7 +165,7 @@ fn over_a_bad_line_the_order_comes_through_and_is_obeyed_once() {
         let orders = bench.orders_seen();
         assert!(bench.goals_seen() <= 1, "seed {seed}: {orders:?}");
         for goal in orders {
-            let GroundCommand::GoTo { goal_in_map } = goal else { continue };
+            let Order::GoTo { goal_in_map } = goal else { continue };
             assert!((goal_in_map.se2().x_m - 5.0).abs() < 1e-12, "seed {seed}: {goal:?}");
         }
     }
@@ -258,9 +258,9 @@ fn a_question_ends_no_order_that_waits_and_a_newer_order_does() {
             bench.pass_ms(1200);
             let seen = bench.orders_seen();
             let came = seen.iter().any(|seen| match order {
-                ToVehicle::Stop => *seen == GroundCommand::Stop,
-                ToVehicle::Restart => *seen == GroundCommand::Restart,
-                _ => matches!(seen, GroundCommand::GoTo { .. }),
+                ToVehicle::Stop => *seen == Order::Stop,
+                ToVehicle::Restart => *seen == Order::Restart,
+                _ => matches!(seen, Order::GoTo { .. }),
             });
             assert!(came, "{order:?}, then {question:?}: {seen:?}");
         }
@@ -291,7 +291,7 @@ fn a_vehicle_that_falls_silent_on_its_way_is_given_up_and_told_to_stop() {
         bench.now += Duration::from_millis(10);
     }
     assert_eq!(bench.news().last(), Some(&(1, GoalNews::Silent)));
-    assert_eq!(bench.orders_seen().last(), Some(&GroundCommand::Stop));
+    assert_eq!(bench.orders_seen().last(), Some(&Order::Stop));
 }
 
 #[test]
@@ -351,12 +351,7 @@ fn stop_is_said_twice_and_makes_the_next_goal_new() {
     let orders = bench.orders_seen();
     assert!(matches!(
         orders.as_slice(),
-        [
-            GroundCommand::GoTo { .. },
-            GroundCommand::Stop,
-            GroundCommand::Stop,
-            GroundCommand::GoTo { .. }
-        ]
+        [Order::GoTo { .. }, Order::Stop, Order::Stop, Order::GoTo { .. }]
     ));
 }
 
@@ -377,7 +372,7 @@ fn stop_is_repeated_until_it_is_answered_however_long_the_link_is_cut() {
         assert_eq!(bench.seen.is_empty(), end == End::A);
         bench.link.set_cut(end, false);
         bench.pass_ms(400);
-        assert_eq!(bench.orders_seen().last(), Some(&GroundCommand::Stop));
+        assert_eq!(bench.orders_seen().last(), Some(&Order::Stop));
         assert_eq!(bench.station.unanswered(), None);
         let n_sent = bench.link.counters(End::A).n_sent;
         bench.pass_ms(5000);
@@ -398,7 +393,7 @@ fn over_a_bad_line_every_stop_comes_through() {
         let mut bench = Bench::new(&line, seed);
         bench.order(ToVehicle::Stop);
         bench.pass_ms(6000);
-        assert!(bench.orders_seen().contains(&GroundCommand::Stop), "seed {seed}");
+        assert!(bench.orders_seen().contains(&Order::Stop), "seed {seed}");
         assert_eq!(bench.station.unanswered(), None, "seed {seed}");
     }
 }
@@ -420,7 +415,7 @@ fn the_other_orders_have_their_answers() {
     let sonar = ToGround::Sonar([50, 100, 123, 500, 500, 500, 65_535, 0]);
     assert_eq!(bench.heard(), [ToGround::Restarted, ToGround::LinkTest, sonar]);
     assert_eq!(bench.station.unanswered(), None);
-    let orders = [GroundCommand::Restart, GroundCommand::LinkTest, GroundCommand::ReportSonar];
+    let orders = [Order::Restart, Order::LinkTest, Order::ReportSonar];
     assert_eq!(bench.orders_seen(), orders);
 }
 

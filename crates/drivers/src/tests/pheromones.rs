@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use geometry::{Se2, Transform2};
-use navigator::{Command, Observation, Sensed};
+use messages::{Command, Observations, Sensed, Smell};
 use run_context::{RunSeed, Stamp};
 use wire::{
     dle::{ByteOrder, Framing, Receiver},
@@ -35,14 +35,14 @@ fn framed(reply: Reply) -> Vec<u8> {
 
 struct Bench {
     client: PheromoneClient,
-    seen: Vec<Observation>,
+    seen: Observations,
     out: Vec<u8>,
 }
 
 impl Bench {
     fn new() -> Self {
         let client = PheromoneClient::new(PheromoneClientConfig::default());
-        Self { client, seen: Vec::new(), out: Vec::new() }
+        Self { client, seen: Observations::new(), out: Vec::new() }
     }
 
     /// What it asks when given that command.
@@ -77,8 +77,9 @@ fn an_answer_is_about_the_time_of_its_question() {
     let mut bench = Bench::new();
     let request = bench.ask(100, &query(42, 0.0, 0.0, 0.0)).pop().unwrap();
     bench.hear(160, &framed(request.reply(74, 16)));
-    let value = Sensed::Pheromones { query: 42, left: 74.0, right: 16.0 };
-    assert_eq!(bench.seen, [Observation { about: Stamp::from_millis(100), value }]);
+    let value = Sensed::Smell(Smell { query: 42, left: 74.0, right: 16.0 });
+    let seen: Vec<_> = bench.seen.iter().map(|o| (o.about, o.value)).collect();
+    assert_eq!(seen, [(Stamp::from_millis(100), value)]);
     assert!(!bench.client.is_waiting());
 }
 
@@ -106,7 +107,7 @@ fn late_and_foreign_replies_are_dropped() {
     bench.hear(420, &framed(first.reply(9, 9)));
     bench.hear(430, &framed(Reply { robot_id: 7, ..second.reply(9, 9) }));
     bench.hear(430, &framed(second.reply(9, 9))[..4]);
-    assert_eq!(bench.seen, []);
+    assert!(bench.seen.is_empty());
     bench.hear(435, &framed(second.reply(5, 6)));
     bench.hear(440, &framed(second.reply(5, 6)));
     bench.hear(445, &framed(second.reply(5, 6)));

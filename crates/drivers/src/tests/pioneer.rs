@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use navigator::{Command, Observation, RobotStatus, Sensed};
+use messages::{BaseState, Command, LinkState, Observations, Sensed};
 use proptest::prelude::*;
 use robot_models::WheelSpeeds;
 use run_context::Stamp;
@@ -24,7 +24,7 @@ struct Bench {
     now: Stamp,
     decoder: Decoder,
     said: Vec<Packet>,
-    seen: Vec<Observation>,
+    seen: Observations,
 }
 
 impl Bench {
@@ -34,7 +34,7 @@ impl Bench {
             now: Stamp::ZERO,
             decoder: Decoder::new(),
             said: Vec::new(),
-            seen: Vec::new(),
+            seen: Observations::new(),
         }
     }
 
@@ -90,11 +90,17 @@ impl Bench {
         }
     }
 
-    fn statuses(&self) -> Vec<RobotStatus> {
-        self.seen
-            .iter()
-            .filter_map(|o| if let Sensed::Robot(status) = o.value { Some(status) } else { None })
-            .collect()
+    /// How the base stood after each report.
+    fn statuses(&self) -> Vec<BaseState> {
+        let mut base = BaseState::default();
+        let mut statuses = Vec::new();
+        for observation in &self.seen {
+            base.take(observation);
+            if matches!(observation.value, Sensed::Ring(_)) {
+                statuses.push(base);
+            }
+        }
+        statuses
     }
 }
 
@@ -134,7 +140,7 @@ fn it_connects_step_by_step_and_each_step_waits_for_its_echo() {
     assert!(!bench.driver.is_connected() && bench.seen.is_empty());
     bench.hear(&[good_sip()]);
     assert!(bench.driver.is_connected());
-    assert_eq!(bench.seen.first().map(|o| o.value), Some(Sensed::LinkUp));
+    assert_eq!(bench.seen.iter().next().map(|o| o.value), Some(Sensed::Link(LinkState::Up)));
     assert_eq!(bench.statuses().len(), 1);
 }
 
@@ -208,7 +214,7 @@ fn who_loses_sight_stops_first_is_silent_then_and_only_then_looks_for_the_robot(
     bench.said.clear();
     bench.pass_ms(500, None);
     assert!(!bench.driver.is_connected());
-    assert_eq!(bench.seen.last().map(|o| o.value), Some(Sensed::LinkDown));
+    assert_eq!(bench.seen.iter().last().map(|o| o.value), Some(Sensed::Link(LinkState::Down)));
     let stops = [Packet::Stop, Packet::Stop, Packet::Stop];
     let since_loss = bench.said.iter().position(|said| *said == Packet::Stop).unwrap();
     assert_eq!(bench.said.get(since_loss..).unwrap(), stops);
@@ -272,7 +278,7 @@ fn a_robot_that_answers_no_more_questions_is_lost_although_it_is_heard() {
     assert!((8..=12).contains(&n_questions), "{n_questions}");
     bench.pass_ms(1000, Some(&good_sip()));
     assert!(!bench.driver.is_connected());
-    assert_eq!(bench.seen.last().map(|o| o.value), Some(Sensed::LinkDown));
+    assert_eq!(bench.seen.iter().last().map(|o| o.value), Some(Sensed::Link(LinkState::Down)));
     assert_eq!(bench.said.last(), Some(&Packet::Stop));
 }
 
@@ -401,19 +407,25 @@ fn a_status_has_si_units_and_knows_what_is_new() {
     }
     bench.hear(&[Report::Sip(sip)]);
     let status = bench.statuses().pop().unwrap();
-    let pose = status.odom_from_base.se2();
+    let (odometry, ring) = (status.odometry.unwrap(), status.ring.unwrap());
+    let pose = odometry.odom_from_base.se2();
     assert!((pose.x_m - 1.5).abs() < 1e-12 && (pose.y_m + 0.25).abs() < 1e-12, "{pose:?}");
     assert!((pose.yaw_rad + std::f64::consts::FRAC_PI_2).abs() < 1e-12);
-    assert_eq!(status.wheel_speeds, WheelSpeeds { left_mps: 0.3, right_mps: -0.02 });
-    assert_eq!((status.stalled, status.moving, status.motors_enabled), ([false, true], true, true));
-    assert_eq!(status.sonar_fresh, 1 << 3 | 1 << 7 | 1 << 9);
-    let heard = status.sonar_ranges_m.get(3).copied().unwrap();
-    assert!((heard - 1.234).abs() < 1e-12 && (status.battery_v - 12.3).abs() < 1e-12);
+    assert_eq!(odometry.wheel_speeds, WheelSpeeds { left_mps: 0.3, right_mps: -0.02 });
+    assert_eq!(
+        (status.contacts.unwrap().stalled, odometry.moving, status.motors.unwrap().enabled),
+        ([false, true], true, true)
+    );
+    assert_eq!(ring.fresh, 1 << 3 | 1 << 7 | 1 << 9);
+    let heard = ring.ranges_m.get(3).copied().unwrap();
+    assert!(
+        (heard - 1.234).abs() < 1e-12 && (status.battery.unwrap().voltage_v - 12.3).abs() < 1e-12
+    );
     // 60 m is beyond what the sensor can hear; sensor 20 does not exist for the navigator.
-    assert_eq!(status.sonar_ranges_m.get(9), Some(&5.0));
+    assert_eq!(ring.ranges_m.get(9), Some(&5.0));
     bench.hear(&[good_sip()]);
     let next = bench.statuses().pop().unwrap();
-    assert_eq!((next.sonar_fresh, next.sonar_ranges_m), (0, status.sonar_ranges_m));
+    assert_eq!((next.ring.unwrap().fresh, next.ring.unwrap().ranges_m), (0, ring.ranges_m));
 }
 
 #[test]
@@ -423,7 +435,7 @@ fn a_status_is_dated_when_its_packet_left_the_robot() {
         Bench::connected(PioneerDriverConfig { line, ..PioneerDriverConfig::default() });
     bench.now = Stamp::from_millis(500);
     bench.hear(&[good_sip()]);
-    let about = bench.seen.last().unwrap().about;
+    let about = bench.seen.iter().last().unwrap().about;
     // A packet of 25 bytes takes 26.04 ms.
     assert!((about.as_secs_f64() - (0.5 - 0.007 - 0.026_04)).abs() < 1e-4, "{about}");
 }
@@ -445,7 +457,7 @@ fn a_steady_connection_allocates_nothing() {
     let mut bench = Bench::connected(PioneerDriverConfig::default());
     let mut sip = Vec::new();
     good_sip().encode(&mut sip).unwrap();
-    let (mut seen, mut out) = (Vec::with_capacity(16), Vec::with_capacity(256));
+    let (mut seen, mut out) = (Observations::new(), Vec::with_capacity(256));
     let (driver, mut now) = (&mut bench.driver, bench.now);
     let allocations = allocation_counter::measure(|| {
         for tick in 0..1000 {
@@ -474,7 +486,7 @@ proptest! {
             x_mm += step;
             let wrapped = u16::try_from(x_mm.rem_euclid(32_768)).unwrap();
             bench.hear(&[Report::Sip(Sip { flags: 7, x_mm: wrapped, ..Sip::AT_REST })]);
-            let seen_m = bench.statuses().pop().unwrap().odom_from_base.se2().x_m;
+            let seen_m = bench.statuses().pop().unwrap().odometry.unwrap().odom_from_base.se2().x_m;
             prop_assert!((seen_m - 0.001 * x_mm as f64).abs() < 1e-9, "{} {}", seen_m, x_mm);
         }
     }

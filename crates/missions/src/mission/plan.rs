@@ -4,7 +4,8 @@ use std::{fmt, sync::Arc, time::Duration};
 
 use decision::{DateTime, Failsafe, MovePoints, Program};
 use geometry::{Se2, Segment, Vec2};
-use navigator::{FailureReason, NavigatorConfig};
+use messages::FailureReason;
+use navigator::NavigatorConfig;
 use path_following::Path;
 use pheromones::{Field, SenseConfig};
 use robot_models::{OdometryErrors, RobotModel};

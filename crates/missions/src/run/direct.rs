@@ -7,7 +7,10 @@
 use std::time::Duration;
 
 use geometry::wrap_to_pi;
-use navigator::{Command, N_SONARS_MAX, Observation, RobotStatus, Sensed, age_ms};
+use messages::{
+    Battery, Command, Contacts, LinkState, Motors, N_RING_MAX, Observations, OdometryReading, Ring,
+    Sensed, age_ms,
+};
 use robot_models::{BodyVelocity, Odometry, RobotModel, WheelSpeeds};
 use run_context::{RandomStream, Stamp, StateHash};
 use sensor_models::FiringSchedule;
@@ -27,6 +30,8 @@ const SILENCE_MAX: Duration = Duration::from_secs(1);
 const DEAFNESS_MAX: Duration = Duration::from_secs(3);
 /// Time for which the driver says nothing to a robot that it has lost.
 const LOST_FOR: Duration = Duration::from_millis(2500);
+/// The battery of a robot without a board never empties, V.
+const BATTERY_V: f64 = 12.6;
 /// Wheels slower than this stand, m/s.
 const STANDING_MPS: f64 = 0.001;
 
@@ -36,10 +41,10 @@ pub(super) struct DirectRobot {
     odometry: Odometry,
     schedule: FiringSchedule,
     rng: RandomStream,
-    ranges_m: [f64; N_SONARS_MAX],
+    ranges_m: [f64; N_RING_MAX],
     /// Every reading so far, in order.
     heard: StateHash,
-    stamps: [Stamp; N_SONARS_MAX],
+    stamps: [Stamp; N_RING_MAX],
     fresh: u16,
     n_sonars: usize,
     last_step: Stamp,
@@ -64,16 +69,16 @@ enum Mode {
 
 impl DirectRobot {
     pub(super) fn new(model: &RobotModel, range_max_m: f64, rng: RandomStream) -> Self {
-        let n_sonars = model.sonars.len().min(N_SONARS_MAX);
+        let n_sonars = model.sonars.len().min(N_RING_MAX);
         let sensors: Vec<usize> = (0..n_sonars).collect();
         let chains = sensors.chunks(model.ring.chain_len.max(1)).map(<[usize]>::to_vec).collect();
         Self {
             odometry: Odometry::new(model.drive),
             schedule: FiringSchedule::new(chains, model.ring.ping_period),
             rng,
-            ranges_m: [range_max_m; N_SONARS_MAX],
+            ranges_m: [range_max_m; N_RING_MAX],
             heard: StateHash::new(),
-            stamps: [Stamp::ZERO; N_SONARS_MAX],
+            stamps: [Stamp::ZERO; N_RING_MAX],
             fresh: 0,
             n_sonars,
             last_step: Stamp::ZERO,
@@ -100,7 +105,7 @@ impl DirectRobot {
     }
 
     /// What a cut line brings about on its two sides.
-    fn watch(&mut self, now: Stamp, observations: &mut Vec<Observation>) {
+    fn watch(&mut self, now: Stamp, observations: &mut Observations) {
         let since = |was: Option<Stamp>, cut: bool| cut.then(|| was.unwrap_or(now));
         self.deaf_since = since(self.deaf_since, self.cuts.away);
         self.unheard_since = since(self.unheard_since, self.cuts.back);
@@ -114,7 +119,7 @@ impl DirectRobot {
             if !self.cuts.away {
                 self.mode = Mode::Wheels(WheelSpeeds::ZERO);
             }
-            observations.push(Observation { about: now, value: Sensed::LinkDown });
+            observations.push(now, Sensed::Link(LinkState::Down));
         } else if !self.cuts.any() && over(self.lost_since, LOST_FOR) {
             self.lost_since = None;
             self.is_up = false;
@@ -127,7 +132,7 @@ impl DirectRobot {
         now: Stamp,
         world: &World,
         body_id: BodyId,
-        observations: &mut Vec<Observation>,
+        observations: &mut Observations,
     ) {
         let body = world.body(body_id);
         self.odometry.update(body.encoder_ticks[0], body.encoder_ticks[1]);
@@ -146,27 +151,30 @@ impl DirectRobot {
         }
         if !self.is_up {
             self.is_up = true;
-            observations.push(Observation { about: now, value: Sensed::LinkUp });
+            observations.push(now, Sensed::Link(LinkState::Up));
         }
         if now >= self.next_status {
             self.next_status = now + self.status_period;
             let speeds = body.wheel_speeds;
             let moving =
                 speeds.left_mps.abs() > STANDING_MPS || speeds.right_mps.abs() > STANDING_MPS;
-            let status = RobotStatus {
-                odom_from_base: self.odometry.odom_from_base(),
-                wheel_speeds: speeds,
-                sonar_ranges_m: self.ranges_m,
-                sonar_ages_ms: self.stamps.map(|measured| age_ms(measured, now)),
-                n_sonars: self.n_sonars,
-                sonar_fresh: self.fresh,
-                stalled: body.stalled,
-                moving,
-                motors_enabled: self.motors_enabled,
-                battery_v: 12.6,
-            };
-            self.fresh = 0;
-            observations.push(Observation { about: now, value: Sensed::Robot(status) });
+            let enabled = self.motors_enabled;
+            observations.push(now, Sensed::Motors(Motors { enabled }));
+            observations.push(now, Sensed::Battery(Battery { voltage_v: BATTERY_V }));
+            let contacts = Contacts { stalled: body.stalled, ..Contacts::default() };
+            observations.push(now, Sensed::Contact(contacts));
+            let odom_from_base = self.odometry.odom_from_base();
+            let odometry = OdometryReading { odom_from_base, wheel_speeds: speeds, moving };
+            observations.push(now, Sensed::Odometry(odometry));
+            if self.n_sonars > 0 {
+                let ring = Ring {
+                    ranges_m: self.ranges_m,
+                    ages_ms: self.stamps.map(|measured| age_ms(measured, now)),
+                    n_sensors: self.n_sonars,
+                    fresh: std::mem::take(&mut self.fresh),
+                };
+                observations.push(now, Sensed::Ring(ring));
+            }
         }
     }
 

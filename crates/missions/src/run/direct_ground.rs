@@ -7,7 +7,7 @@
 use std::time::Duration;
 
 use drivers::GroundStationEvent;
-use navigator::{GroundCommand, Sensed};
+use messages::{Order, Sensed};
 use run_context::Stamp;
 use wire::ground_link::ToGround;
 
@@ -69,11 +69,11 @@ impl DirectGround {
     /// What reaches the robot of a question, if the line to it is whole: nobody keeps one.
     pub(super) fn pass(&self, asked: Asked) -> Option<Sensed> {
         let command = match asked {
-            Asked::Link => GroundCommand::LinkTest,
-            Asked::Sonar => GroundCommand::ReportSonar,
+            Asked::Link => Order::LinkTest,
+            Asked::Sonar => Order::ReportSonar,
             Asked::Restart => return None,
         };
-        (!self.cuts.back).then_some(Sensed::Ground(command))
+        (!self.cuts.back).then_some(Sensed::Order(command))
     }
 
     /// An answer of the robot as the ground hears it, if the line from it is whole.

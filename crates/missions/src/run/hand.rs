@@ -6,7 +6,7 @@
 
 use std::time::Duration;
 
-use navigator::Command;
+use messages::Command;
 use robot_models::{BodyVelocity, DriveLimits, RobotModel, WheelSpeeds};
 use run_context::Stamp;
 

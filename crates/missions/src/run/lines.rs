@@ -4,7 +4,7 @@
 //! at once. End A of a link is the navigation node.
 
 use geometry::{Se2, Transform2};
-use navigator::{Command, GroundCommand, Observation, Report, Sensed};
+use messages::{Command, Observations, Order, Report, Sensed, Smell};
 use pheromones::{Field, SenseConfig, Server, ServerConfig, ServerCounters};
 use robot_models::WheelSpeeds;
 use run_context::{Stamp, StateHash};
@@ -33,7 +33,7 @@ pub(super) type Packets = Vec<(&'static str, Vec<u8>, String)>;
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     /// What reached the navigation node in this step.
-    pub(super) observations: Vec<Observation>,
+    pub(super) observations: Observations,
     received: Vec<u8>,
     out: Vec<u8>,
     /// What the ground learnt in this step.
@@ -295,8 +295,8 @@ impl ServerLine {
                 {
                     let found = field.sense(pose, sense);
                     let (left, right) = (found.left, found.right);
-                    let value = Sensed::Pheromones { query, left, right };
-                    scratch.observations.push(Observation { about: now, value });
+                    let value = Sensed::Smell(Smell { query, left, right });
+                    scratch.observations.push(now, value);
                 }
             }
             Self::Wired(wired) => {
@@ -418,20 +418,20 @@ impl GroundLine {
         match self {
             Self::Direct(ground) => {
                 if let Some(value) = question.and_then(|asked| ground.pass(asked)) {
-                    scratch.observations.push(Observation { about: now, value });
+                    scratch.observations.push(now, value);
                 }
                 if let Some(order) = ground.step(now, order, telemetry) {
-                    let value = Sensed::Ground(match order {
+                    let value = Sensed::Order(match order {
                         GroundOrder::GoTo(pose) => {
-                            GroundCommand::GoTo { goal_in_map: Transform2::new(pose) }
+                            Order::GoTo { goal_in_map: Transform2::new(pose) }
                         }
-                        GroundOrder::Stop => GroundCommand::Stop,
+                        GroundOrder::Stop => Order::Stop,
                         GroundOrder::Restart => {
                             scratch.events.extend(ground.heard(ToGround::Restarted));
-                            GroundCommand::Restart
+                            Order::Restart
                         }
                     });
-                    scratch.observations.push(Observation { about: now, value });
+                    scratch.observations.push(now, value);
                 }
             }
             Self::Wired(wired) => {

@@ -6,7 +6,7 @@
 use std::{collections::VecDeque, time::Duration};
 
 use geometry::{Se2, Twist};
-use navigator::{N_SONARS_MAX, Observation, RobotStatus, Sensed};
+use messages::{LinkState, N_RING_MAX, Observations, OdometryReading, Ring, Sensed};
 use recordings::{Rig, RingRig};
 use run_context::Stamp;
 
@@ -28,13 +28,15 @@ pub(super) struct RingLog {
     pending: RingRow,
     /// Bit i: sonar i has a reading in the pending row.
     read: u16,
+    /// Where it was by its last report.
+    last_report: PoseReport,
     reports: Vec<PoseReport>,
     rows: Vec<RingRow>,
 }
 
 /// What a robot's ring is, as its readings are recorded.
 pub(crate) fn rig(plan: &RobotPlan) -> Rig {
-    let mounts = plan.model.sonars.iter().take(N_SONARS_MAX);
+    let mounts = plan.model.sonars.iter().take(N_RING_MAX);
     Rig::Ring(RingRig {
         base_from_sensors: mounts.map(|mount| mount.base_from_sensor.se2()).collect(),
         half_angle_rad: plan.sonar.half_angle_rad,
@@ -45,7 +47,7 @@ pub(crate) fn rig(plan: &RobotPlan) -> Rig {
 
 impl RingLog {
     pub(super) fn new(plan: &RobotPlan) -> Self {
-        let n_sonars = plan.model.sonars.len().min(N_SONARS_MAX);
+        let n_sonars = plan.model.sonars.len().min(N_RING_MAX);
         let history_max = match &plan.link {
             LinkPlan::Memory(link) => link.latency + HISTORY_MARGIN,
             // Handed over at once, or never known.
@@ -57,13 +59,14 @@ impl RingLog {
             history_max,
             pending: RingRow::empty(n_sonars),
             read: 0,
+            last_report: RingRow::empty(0).report,
             reports: Vec::with_capacity(4),
             rows: Vec::with_capacity(4),
         }
     }
 
     /// Takes what reached the navigator in this step. `truth` is where the robot is now.
-    pub(super) fn step(&mut self, now: Stamp, truth: Option<Se2>, observations: &[Observation]) {
+    pub(super) fn step(&mut self, now: Stamp, truth: Option<Se2>, observations: &Observations) {
         self.reports.clear();
         self.rows.clear();
         if let Some(truth) = truth {
@@ -76,9 +79,10 @@ impl RingLog {
         }
         for observation in observations {
             match &observation.value {
-                Sensed::Robot(status) => self.take(observation.about, status),
+                Sensed::Odometry(odometry) => self.take_pose(observation.about, odometry),
+                Sensed::Ring(ring) => self.take_ring(observation.about, ring),
                 // A new session begins: what was heard before it is of another round.
-                Sensed::LinkUp => self.read = 0,
+                Sensed::Link(LinkState::Up) => self.read = 0,
                 _ => {}
             }
         }
@@ -89,28 +93,32 @@ impl RingLog {
         SensedStep { reports: &self.reports, rows: &self.rows }
     }
 
-    fn take(&mut self, about: Stamp, status: &RobotStatus) {
+    fn take_pose(&mut self, about: Stamp, odometry: &OdometryReading) {
         let report = PoseReport {
             stamp: about,
-            odom_from_base: status.odom_from_base.se2(),
+            odom_from_base: odometry.odom_from_base.se2(),
             world_from_base: self.truth_at(about),
         };
+        self.last_report = report;
         self.reports.push(report);
+    }
+
+    fn take_ring(&mut self, about: Stamp, ring: &Ring) {
         if self.n_sonars == 0 {
             return;
         }
-        for i in 0..self.n_sonars.min(status.n_sonars) {
-            if status.sonar_fresh >> i & 1 == 0 {
+        for i in 0..self.n_sonars.min(ring.n_sensors) {
+            if !ring.is_fresh(i) {
                 continue;
             }
             // A sonar that comes round again before the row is whole replaces its reading: a packet was lost.
-            let age = Duration::from_millis(status.sonar_ages_ms[i].into());
-            self.pending.set(i, status.sonar_ranges_m[i], before(about, age));
+            let age = Duration::from_millis(ring.ages_ms[i].into());
+            self.pending.set(i, ring.ranges_m[i], before(about, age));
             self.read |= 1 << i;
         }
-        let whole = u16::MAX >> (N_SONARS_MAX - self.n_sonars);
+        let whole = u16::MAX >> (N_RING_MAX - self.n_sonars);
         if self.read == whole {
-            self.pending.report = report;
+            self.pending.report = self.last_report;
             self.rows.push(self.pending);
             self.read = 0;
         }

@@ -43,17 +43,16 @@ pub(super) fn view(run: &Run, n_robots: usize) -> ViewState {
 fn robot(run: &Run, vehicle: &Vehicle, metrics: &RobotMetrics) -> ViewRobot {
     let mind = vehicle.navigator().view();
     let shown = |ranges: &[f64], n: usize| ranges[..n.min(N_SONARS_SHOWN)].to_vec();
-    let status = vehicle.last_status();
+    let base = vehicle.base();
     let body = vehicle.body.map(|id| run.world.body(id));
     let estimate = mind.map_from_base.se2();
-    let wheels =
-        body.map(|b| b.wheel_speeds).or(status.map(|s| s.wheel_speeds)).unwrap_or_default();
+    let wheels = body.map_or_else(|| base.wheel_speeds(), |b| b.wheel_speeds);
     ViewRobot {
         truth: body.map_or(estimate, |b| b.world_from_base.se2()).into(),
         estimate: estimate.into(),
         ellipse: [mind.ellipse.semi_major_m, mind.ellipse.semi_minor_m, mind.ellipse.yaw_rad],
         wheels_mps: [wheels.left_mps, wheels.right_mps],
-        sonar_m: status.map_or_else(Vec::new, |s| shown(&s.sonar_ranges_m, s.n_sonars)),
+        sonar_m: shown(base.ranges_m(), base.ranges_m().len()),
         bubble_m: shown(&mind.bubble_limits_m, mind.n_sonars),
         phase: vehicle.phase_name(),
         task: vehicle.task(&mind),
@@ -64,13 +63,10 @@ fn robot(run: &Run, vehicle: &Vehicle, metrics: &RobotMetrics) -> ViewRobot {
         preview_m: mind.preview_in_map.to_vec(),
         intensities: mind.intensities.map(|(left, right)| [left, right]),
         cross_track_m: metrics.cross_track_m,
-        stalled: body
-            .map(|b| b.stalled)
-            .or(status.map(|s| s.stalled))
-            .is_some_and(|s| s[0] || s[1]),
+        stalled: body.map_or_else(|| base.is_touched(), |b| b.stalled[0] || b.stalled[1]),
         touching: body.is_some_and(|b| b.touching),
         clearance_m: vehicle.body.map(|id| run.world.clearance_m(id)),
-        battery_v: status.map(|s| s.battery_v),
+        battery_v: base.battery.map(|battery| battery.voltage_v),
         failure: vehicle.failure(),
     }
 }

@@ -1,7 +1,7 @@
 //! Tags in the floor of a run, and a robot's readers over them.
 
 use geometry::Vec2;
-use navigator::{Observation, Sensed, TagRead};
+use messages::{Observations, Sensed, TagRead};
 use path_following::Path;
 use pheromones::{TagTrail, amplified};
 use rand_core::Rng;
@@ -89,7 +89,7 @@ impl TagReaders {
         now: Stamp,
         world: &World,
         body: BodyId,
-        observations: &mut Vec<Observation>,
+        observations: &mut Observations,
     ) {
         self.writes.clear();
         let Some(tags) = world.floor_tags() else { return };
@@ -105,7 +105,7 @@ impl TagReaders {
                 u64::from(index) << 40 | u64::from(place) << 8 | u64::from(memory.strength),
             );
             let read = TagRead { reader: index, tag: place, memory: *memory };
-            observations.push(Observation { about: now, value: Sensed::Tag(read) });
+            observations.push(now, Sensed::Tag(read));
             if self.amplify > 0 && !amplified_last.contains(&Some(place)) {
                 amplified_last.rotate_right(1);
                 amplified_last[0] = Some(place);

@@ -7,7 +7,7 @@
 use std::time::Duration;
 
 use geometry::Se2;
-use navigator::Command;
+use messages::Command;
 use path_following::{Path, PathFollower, PathFollowerConfig, PathLaw};
 use robot_models::{RobotModel, WheelSpeeds};
 use run_context::{Stamp, StateHash};

@@ -8,10 +8,8 @@ use drivers::{
     PheromoneClientConfig,
 };
 use geometry::{Se2, Transform2};
-use navigator::{
-    Command, FailureReason, GroundCommand, Navigator, NavigatorView, Observation, Phase,
-    RobotStatus, Sensed,
-};
+use messages::{BaseState, Command, FailureReason, LinkState, Order, Sensed, Smell};
+use navigator::{Navigator, NavigatorView, Phase};
 use pheromones::{Field, ServerConfig, ServerCounters};
 use robot_models::{RobotModel, WheelSpeeds};
 use run_context::{RunSeed, Stamp, StateHash};
@@ -79,7 +77,7 @@ pub(super) struct Vehicle {
     telemetry: Telemetry,
     /// The last MOVE of the decision program that it was given.
     program_move: Option<ProgramMove>,
-    status: Option<RobotStatus>,
+    base: BaseState,
     last_phase: Phase,
     last_goal: Option<Se2>,
     news: Vec<(LogLevel, String)>,
@@ -165,7 +163,7 @@ impl Vehicle {
             inquiry: Inquiry::default(),
             telemetry: Telemetry::default(),
             program_move: None,
-            status: None,
+            base: BaseState::default(),
             last_phase: Phase::Idle,
             last_goal: None,
             news: Vec::new(),
@@ -256,8 +254,8 @@ impl Vehicle {
                 [wheels.left_mps, wheels.right_mps].iter().all(|v| v.abs() < STANDING_MPS),
             );
         }
-        let status = self.status.filter(|_| self.robot.is_connected())?;
-        Some(!status.moving)
+        let odometry = self.base.odometry.filter(|_| self.robot.is_connected())?;
+        Some(!odometry.moving)
     }
 
     /// A new order ends the MOVE before: one that was under way will not be done any more, and from
@@ -324,11 +322,11 @@ impl Vehicle {
             readers.sense(now, world, body, &mut scratch.observations);
         }
         if self.halts != Halt::No {
-            scratch.observations.retain(|seen| !matches!(seen.value, Sensed::Ground(_)));
+            scratch.observations.retain(|seen| !matches!(seen.value, Sensed::Order(_)));
         }
         if self.halts == Halt::Due && is_busy(self.navigator.phase()) {
-            let value = Sensed::Ground(GroundCommand::Stop);
-            scratch.observations.push(Observation { about: now, value });
+            let value = Sensed::Order(Order::Stop);
+            scratch.observations.push(now, value);
         }
         self.navigator.step(now, &scratch.observations, commands);
         if let (Some(person), Some(body)) = (&mut self.teleoperator, self.body) {
@@ -367,17 +365,23 @@ impl Vehicle {
     /// takes none here.
     fn measure(&mut self, now: Stamp) {
         for observation in &self.scratch.observations {
+            self.base.take(observation);
             match observation.value {
-                Sensed::Robot(status) => self.status = Some(status),
-                Sensed::Ground(_) => self.order_under_way = false,
-                Sensed::Tag(_) => {}
-                Sensed::LinkDown | Sensed::LinkUp => {
-                    let is_lost = observation.value == Sensed::LinkDown;
+                Sensed::Order(_) => self.order_under_way = false,
+                Sensed::Odometry(_)
+                | Sensed::Ring(_)
+                | Sensed::Scan(_)
+                | Sensed::Contact(_)
+                | Sensed::Motors(_)
+                | Sensed::Battery(_)
+                | Sensed::Tag(_) => {}
+                Sensed::Link(state) => {
+                    let is_lost = state == LinkState::Down;
                     if std::mem::replace(&mut self.is_lost, is_lost) != is_lost {
                         self.news.push(link_news(&self.name, is_lost));
                     }
                 }
-                Sensed::Pheromones { query, .. } => {
+                Sensed::Smell(Smell { query, .. }) => {
                     if let Some((asked, at)) = self.asked_at
                         && asked == query
                     {
@@ -501,9 +505,9 @@ impl Vehicle {
         &self.navigator
     }
 
-    /// The last report of the robot that the navigation node received.
-    pub(super) fn last_status(&self) -> Option<&RobotStatus> {
-        self.status.as_ref()
+    /// The latest that the navigation node has received of the robot's own devices.
+    pub(super) fn base(&self) -> &BaseState {
+        &self.base
     }
 
     /// The longest control cycle so far, ms; `None` before the first.

@@ -1,7 +1,8 @@
 //! What a robot is busy with, in sentences for the log and the page.
 
 use geometry::Vec2;
-use navigator::{FailureReason, NavigatorView, Phase, Scouting};
+use messages::FailureReason;
+use navigator::{NavigatorView, Phase, Scouting};
 
 /// What the robot does about its goal, or why it does nothing; empty without a goal.
 pub(super) fn task(view: &NavigatorView<'_>, has_path: bool) -> String {

@@ -15,10 +15,11 @@ use geometry::{
     Base, ConeScene, ConeView, Map, Odom, Polygon, Ray, RayCaster, RayHit, Se2, Segment,
     SegmentWorld, Transform2, Twist, Vec2, wrap_to_pi,
 };
-use navigator::{
-    Command, GroundCommand, N_SONARS_MAX, Navigator, NavigatorConfig, NavigatorSettings,
-    Observation, Phase, Report, RobotStatus, Sensed,
+use messages::{
+    Command, Motors, N_RING_MAX, Observations, OdometryReading, Order as GroundOrder, Report, Ring,
+    Sensed, Smell,
 };
+use navigator::{Navigator, NavigatorConfig, NavigatorSettings, Phase};
 use pheromones::{Field, SenseConfig};
 use robot_models::{BodyVelocity, RobotModel, WheelSpeeds, ramp};
 use run_context::{RandomStream, RunSeed, Stamp};
@@ -117,12 +118,13 @@ pub struct Bed {
     order: Order,
     pub now: Stamp,
     rng: RandomStream,
-    ranges_m: [f64; N_SONARS_MAX],
+    ranges_m: [f64; N_RING_MAX],
     fresh: u16,
     next_sensor: usize,
-    pending: Vec<(Stamp, Observation)>,
+    /// When it arrives, what time it is about, and what it is.
+    pending: Vec<(Stamp, Stamp, Sensed)>,
     commands: Vec<Command>,
-    due: Vec<Observation>,
+    due: Observations,
     pub figures: Figures,
     pub server_answers: bool,
     pub server_pause: Option<(Stamp, Stamp)>,
@@ -179,12 +181,12 @@ impl Bed {
             order: Order::Drive(WheelSpeeds::ZERO),
             now: Stamp::ZERO,
             rng: RunSeed(seed).stream("bed"),
-            ranges_m: [5.0; N_SONARS_MAX],
+            ranges_m: [5.0; N_RING_MAX],
             fresh: 0,
             next_sensor: 0,
             pending: Vec::new(),
             commands: Vec::with_capacity(64),
-            due: Vec::new(),
+            due: Observations::new(),
             figures: Figures {
                 phase: Phase::Idle,
                 time_s: 0.0,
@@ -221,7 +223,7 @@ impl Bed {
             self.tick();
         }
         let goal_in_map = Transform2::<Map, Base>::new(goal);
-        self.tell(Sensed::Ground(GroundCommand::GoTo { goal_in_map }));
+        self.tell(Sensed::Order(GroundOrder::GoTo { goal_in_map }));
         let end = self.now + Duration::from_secs_f64(limit_s);
         let begin = self.now;
         while self.now < end {
@@ -242,7 +244,7 @@ impl Bed {
     }
 
     pub fn tell(&mut self, value: Sensed) {
-        self.pending.push((self.now, Observation { about: self.now, value }));
+        self.pending.push((self.now, self.now, value));
     }
 
     /// Ten milliseconds.
@@ -320,31 +322,33 @@ impl Bed {
             return;
         }
         let odom_from_base = self.map_from_odom.inverse().compose(self.world_from_base);
-        let status = RobotStatus {
+        let odometry = OdometryReading {
             odom_from_base: Transform2::<Odom, Base>::new(odom_from_base),
             wheel_speeds: self.wheels,
-            sonar_ranges_m: self.ranges_m,
-            sonar_ages_ms: [0; N_SONARS_MAX],
-            n_sonars: self.n_sonars,
-            sonar_fresh: self.fresh,
-            stalled: [false; 2],
             moving: self.wheels != WheelSpeeds::ZERO,
-            motors_enabled: true,
-            battery_v: 12.6,
+        };
+        let ring = Ring {
+            ranges_m: self.ranges_m,
+            ages_ms: [0; N_RING_MAX],
+            n_sensors: self.n_sonars,
+            fresh: self.fresh,
         };
         self.fresh = 0;
         let arrives = self.now + Duration::from_millis(20);
-        self.pending.push((arrives, Observation { about: self.now, value: Sensed::Robot(status) }));
+        let motors = Sensed::Motors(Motors { enabled: true });
+        for value in [motors, Sensed::Odometry(odometry), Sensed::Ring(ring)] {
+            self.pending.push((arrives, self.now, value));
+        }
     }
 
     fn run_navigator(&mut self) {
         let now = self.now;
         self.due.clear();
         let due = &mut self.due;
-        self.pending.retain(|(at, observation)| {
+        self.pending.retain(|(at, about, value)| {
             let is_due = *at <= now;
             if is_due {
-                due.push(*observation);
+                due.push(*about, *value);
             }
             !is_due
         });
@@ -376,9 +380,9 @@ impl Bed {
                     let felt = self.field.sense(map_from_base.se2(), &self.sense);
                     let (left, right) =
                         (felt.left.min(255.0).floor(), felt.right.min(255.0).floor());
-                    let value = Sensed::Pheromones { query, left, right };
+                    let value = Sensed::Smell(Smell { query, left, right });
                     let arrives = self.now + Duration::from_millis(45);
-                    self.pending.push((arrives, Observation { about: self.now, value }));
+                    self.pending.push((arrives, self.now, value));
                 }
             }
             Command::Report(report) => {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use geometry::{Polygon, Se2, Transform2, Vec2};
-use navigator::N_SONARS_MAX;
+use messages::N_RING_MAX;
 use path_following::{
     fuzzy::{FuzzyConfig, Table, rules_of_letters},
     fuzzy_listing::ListingConfig,
@@ -45,7 +45,7 @@ pub(super) fn fit(key: &str, file: &SonarFile, model: &mut RobotModel) -> Checke
         }
         model.ring.ping_period = Duration::from_millis(u64::from(file.ring_period_ms));
     }
-    if file.ring_chain > N_SONARS_MAX {
+    if file.ring_chain > N_RING_MAX {
         let allowed = "from 1 to 16, or 0 for the ring's own";
         return Err(Wrong::new(at("ring_chain"), file.ring_chain, allowed));
     }
@@ -65,7 +65,7 @@ fn adopt(name: &str, model: &mut RobotModel) {
 
 fn own(key: &str, file: &SonarFile, model: &RobotModel) -> Checked<Vec<SonarMount>> {
     let n = file.ring_at.len();
-    if !(1..=N_SONARS_MAX).contains(&n) {
+    if !(1..=N_RING_MAX).contains(&n) {
         let found = format!("{n} sonars");
         return Err(Wrong::prose(
             key,

@@ -1,7 +1,7 @@
 //! Checks of `[decision]`, `[[events]]` and `[success]`.
 
 use decision::{DateTime, Diagnostic, Failsafe, Mode, MovePoints, MoveSignal, Program, Severity};
-use navigator::FailureReason;
+use messages::FailureReason;
 use run_context::Stamp;
 
 use super::super::{
