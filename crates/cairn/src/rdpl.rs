@@ -11,7 +11,7 @@ use std::{
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use anyhow::bail;
-use decision::{Compilation, Diagnostic, Mode, Severity};
+use decision::{Compilation, Diagnostic, Mnemonic, Mode, Severity};
 use files::{Kind, Outputs};
 use serde_json::json;
 
@@ -22,15 +22,7 @@ use crate::{
 
 /// Compiles a decision program (RDPL): problems with line and column, then image and listing; or runs it alone
 #[derive(Debug, clap::Args)]
-#[command(
-    after_help = "Examples:\n  cairn rdpl doorbell.src\n  cairn rdpl doorbell.src --check --format json\n  \
-    cairn rdpl doorbell.src --check --gates doorbell.svg\n  \
-    cairn rdpl doorbell.src --run 20 --input \"2 I0=1; 2.5 I0=0\" --points done=4 --move-takes 10\n\n\
-    What is there already is replaced only with --force, and only when a listing beside it says that it was\n\
-    compiled from the same source (its last line, relative to the listing); the source itself never is.\n\n\
-    Exit code 0: no errors (there may be warnings); 1: errors, and no image of this source is left; 2: a file\n\
-    cannot be read or written. `cairn explain CODE` says more about a problem."
-)]
+#[command(after_help = help())]
 pub(crate) struct Args {
     /// The source; `.rdpl` and `.src` are tried when the name has no extension
     source: PathBuf,
@@ -54,6 +46,21 @@ pub(crate) struct Args {
     format: Format,
     #[command(flatten)]
     bench: bench::BenchArgs,
+}
+
+const EXAMPLES: &str = "Examples:\n  cairn rdpl doorbell.src\n  cairn rdpl doorbell.src --check --format json\n  \
+    cairn rdpl doorbell.src --check --gates doorbell.svg\n  \
+    cairn rdpl doorbell.src --run 20 --input \"2 I0=1; 2.5 I0=0\" --points done=4 --move-takes 10\n\n\
+    What is there already is replaced only with --force, and only when a listing beside it says that it was\n\
+    compiled from the same source (its last line, relative to the listing); the source itself never is.\n\n\
+    Exit code 0: no errors (there may be warnings); 1: errors, and no image of this source is left; 2: a file\n\
+    cannot be read or written. `cairn explain CODE` says more about a problem.";
+
+/// What stands below the options: examples, and every function of the language.
+fn help() -> String {
+    let line = |function: &Mnemonic| format!("  {:<31} {}\n", function.syntax(), function.about());
+    let functions: String = Mnemonic::ALL.iter().map(line).collect();
+    format!("{EXAMPLES}\n\nFunctions (docs/guide/rdpl.md):\n{}", functions.trim_end())
 }
 
 /// The behaviours of compiler and machine.

@@ -327,3 +327,12 @@ fn the_cases_of_other_editors_are_read_or_named() {
         "{twice}"
     );
 }
+
+#[test]
+fn the_help_lists_every_function_of_the_language() {
+    let help = Place::new().cairn("rdpl --help").fine().out;
+    for function in decision::Mnemonic::ALL {
+        let line = help.lines().find(|line| line.trim_start().starts_with(&function.syntax()));
+        assert!(line.is_some_and(|line| line.ends_with(function.about())), "{function}:\n{help}");
+    }
+}

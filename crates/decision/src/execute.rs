@@ -6,7 +6,7 @@
 use run_context::{Stamp, StateHash};
 
 use crate::{
-    Code, EdgeCode, Family, Mode, ResourceId,
+    Code, EdgeCode, Family, Mnemonic, Mode, OPCODE_END_OF_CYCLE, OPCODE_READ_INPUTS, ResourceId,
     clock::DateTime,
     estimate::N_FUNCTIONS_MAX,
     moves::LastMove,
@@ -157,67 +157,82 @@ impl Memory {
 
     /// Executes the instruction at the beginning of `code`, the rest of the image.
     pub(crate) fn execute(&mut self, code: &[u8]) -> Step {
-        let is_function = !matches!(code, [] | [0x00 | 0x0F, ..]);
-        if is_function && self.mode == Mode::Corrected {
+        let Some((&opcode, rest)) = code.split_first() else {
+            return self.advance(Next::Fault(Code::TruncatedImage));
+        };
+        let next = match opcode {
+            OPCODE_READ_INPUTS => self.read_inputs(),
+            OPCODE_END_OF_CYCLE => self.end_of_cycle(),
             // A scan that takes longer than it may is an error of its own, as in any programmable
             // controller; the listing's interpreter does not look.
-            if self.n_functions >= N_FUNCTIONS_MAX {
-                return self.advance(Next::Fault(Code::ScanOverrun));
+            _ if self.mode == Mode::Corrected && self.n_functions >= N_FUNCTIONS_MAX => {
+                Next::Fault(Code::ScanOverrun)
             }
-            self.n_functions = self.n_functions.saturating_add(1);
-        }
-        let next = match code {
-            [0x00, ..] => self.read_inputs(),
-            [opcode @ 0x04..=0x08, dest, operands @ ..] => self.logic(*opcode, *dest, operands),
-            [0x09, dest, set, reset, priority, ..] => {
-                self.flip_flop(*dest, [*set, *reset], *priority)
+            _ => {
+                self.n_functions = self.n_functions.saturating_add(1);
+                match Mnemonic::by_opcode(opcode) {
+                    Some(mnemonic) => self.function(mnemonic, rest),
+                    None => self.unknown(opcode),
+                }
             }
-            [0x0A, timer, kind, input, edge, k, ..] => {
-                self.timer([*timer, *kind, *edge, *k], *input)
+        };
+        self.advance(next)
+    }
+
+    /// Executes a function, whose operands are the first of `rest`.
+    fn function(&mut self, mnemonic: Mnemonic, rest: &[u8]) -> Next {
+        let size = mnemonic.size_bytes();
+        let Some((operands, tail)) = rest.split_at_checked(size.saturating_sub(1)) else {
+            return Next::Fault(Code::TruncatedImage);
+        };
+        match mnemonic {
+            Mnemonic::And => self.logic(operands, |[a, b, c, d]| a & b & c & d),
+            Mnemonic::Nand => self.logic(operands, |[a, b, c, d]| !(a & b & c & d)),
+            Mnemonic::Or => self.logic(operands, |[a, b, c, d]| a | b | c | d),
+            Mnemonic::Nor => self.logic(operands, |[a, b, c, d]| !(a | b | c | d)),
+            Mnemonic::Xor => self.logic(operands, |[a, b, c, d]| a ^ b ^ c ^ d),
+            Mnemonic::Ff => self.flip_flop(fixed(operands)),
+            Mnemonic::Timer => self.timer(fixed(operands)),
+            Mnemonic::Counter => self.counter(fixed(operands)),
+            Mnemonic::Dcomp => {
+                let [dest, a, b, mask] = fixed(operands);
+                self.shift(dest, self.read(a) & mask == self.read(b) & mask);
             }
-            [0x0B, dest, direction, clock, edge, ..] => {
-                self.counter(*dest, *direction, *clock, *edge)
+            Mnemonic::Acomp => {
+                let [dest, a, b] = fixed(operands);
+                self.shift(dest, self.read(a) >= self.read(b));
             }
-            [0x0C, dest, a, b, mask, ..] => {
-                self.shift(*dest, self.read(*a) & mask == self.read(*b) & mask);
-                Next::Skip(5)
+            Mnemonic::Move => {
+                self.move_to(fixed(operands));
+                if self.mode == Mode::Listing {
+                    // Correction 3: the listing takes 0x0E for reserved and starts over, so that nothing
+                    // after a MOVE is ever executed, and the outputs are never written.
+                    return Next::Begin;
+                }
             }
-            [0x0D, dest, a, b, ..] => {
-                self.shift(*dest, self.read(*a) >= self.read(*b));
-                Next::Skip(4)
-            }
-            [0x0E, trigger, x1, x0, y1, y0, h1, h0, edge, ..] => {
-                self.move_to(*trigger, *edge, [[*x1, *x0], [*y1, *y0], [*h1, *h0]])
-            }
-            [0x0F, ..] => self.end_of_cycle(),
-            [0x10, dest, source, condition, edge, tail @ ..] => {
+            Mnemonic::Stc => {
+                let [dest, source, condition, edge] = fixed(operands);
                 // Correction 4: the listing takes the edge from one byte too far, which is the
                 // opcode of the next instruction.
                 let edge = match self.mode {
-                    Mode::Corrected => *edge,
+                    Mode::Corrected => edge,
                     Mode::Listing => tail.first().copied().unwrap_or(0),
                 };
-                if self.edge_is(*condition, edge) {
-                    self.write(*dest, self.read(*source));
+                if self.edge_is(condition, edge) {
+                    self.write(dest, self.read(source));
                 }
-                Next::Skip(5)
             }
-            [0x11, dest, constant, condition, edge, ..] => {
-                if self.edge_is(*condition, *edge) {
-                    self.write(*dest, *constant);
+            Mnemonic::Stic => {
+                let [dest, constant, condition, edge] = fixed(operands);
+                if self.edge_is(condition, edge) {
+                    self.write(dest, constant);
                 }
-                Next::Skip(5)
             }
-            [0x12, high, low, a, b, select, ..] => self.add(*high, *low, [*a, *b], *select),
-            [0x13, high, low, a, b, ..] => self.multiply(*high, *low, [*a, *b]),
-            [0x16, kind, input, edge, ..] => self.event(*kind, *input, *edge),
-            [] => Next::Fault(Code::TruncatedImage),
-            [0x04..=0x16, ..] if !matches!(code, [0x14 | 0x15, ..]) => {
-                Next::Fault(Code::TruncatedImage)
-            }
-            [opcode, ..] => self.unknown(*opcode),
-        };
-        self.advance(next)
+            Mnemonic::Oper => self.add(fixed(operands)),
+            Mnemonic::Mul => self.multiply(fixed(operands)),
+            Mnemonic::Event => self.event(fixed(operands)),
+        }
+        Next::Skip(size)
     }
 
     /// What the listing calls `next()`.
@@ -331,37 +346,26 @@ impl Memory {
         Next::Begin
     }
 
-    fn logic(&mut self, opcode: u8, dest: u8, operands: &[u8]) -> Next {
-        let [a, b, c, d, ..] = operands else {
-            return Next::Fault(Code::TruncatedImage);
-        };
-        let [a, b, c, d] = [*a, *b, *c, *d].map(|address| self.bit(address));
-        let bit = match opcode {
-            0x04 => a & b & c & d,
-            0x05 => !(a & b & c & d),
-            0x06 => a | b | c | d,
-            0x07 => !(a | b | c | d),
-            _ => a ^ b ^ c ^ d,
-        };
+    fn logic(&mut self, operands: &[u8], function: impl Fn([bool; 4]) -> bool) {
+        let [dest, inputs @ ..] = fixed::<5>(operands);
+        let bit = function(inputs.map(|address| self.bit(address)));
         self.shift(dest, bit);
-        Next::Skip(6)
     }
 
-    fn flip_flop(&mut self, dest: u8, set_reset: [u8; 2], priority: u8) -> Next {
-        let bit = match set_reset.map(|address| self.bit(address)) {
+    fn flip_flop(&mut self, [dest, set, reset, priority]: [u8; 4]) {
+        let bit = match [set, reset].map(|address| self.bit(address)) {
             [true, false] => true,
             [false, true] => false,
             [true, true] => priority & 1 != 0,
             // Correction 1: a flip-flop that holds has been updated all the same. The listing
             // does not shift, so that the rising edge of a short pulse never ends.
-            [false, false] if self.mode == Mode::Listing => return Next::Skip(5),
+            [false, false] if self.mode == Mode::Listing => return,
             [false, false] => self.bit(dest),
         };
         self.shift(dest, bit);
-        Next::Skip(5)
     }
 
-    fn timer(&mut self, [timer, kind, edge, k]: [u8; 4], input: u8) -> Next {
+    fn timer(&mut self, [timer, kind, input, edge, k]: [u8; 5]) {
         let number = timer & 0x1F;
         let start = Start {
             number,
@@ -374,36 +378,28 @@ impl Memory {
         if let Some(id) = ResourceId::of(Family::TimerOutput, number) {
             self.shift(id.address(), output);
         }
-        Next::Skip(6)
     }
 
-    fn counter(&mut self, dest: u8, direction: u8, clock: u8, edge: u8) -> Next {
+    fn counter(&mut self, [dest, direction, clock, edge]: [u8; 4]) {
         let code = EdgeCode::of(edge);
         if matches!(code, EdgeCode::Rising | EdgeCode::Falling) && self.edge_is(clock, edge) {
             let count = self.read(dest);
             let up = self.bit(direction);
             self.write(dest, if up { count.saturating_add(1) } else { count.saturating_sub(1) });
         }
-        Next::Skip(5)
     }
 
-    fn move_to(&mut self, trigger: u8, edge: u8, goal: [[u8; 2]; 3]) -> Next {
+    fn move_to(&mut self, [trigger, x1, x0, y1, y0, h1, h0, edge]: [u8; 8]) {
         if self.edge_is(trigger, edge) {
-            let [x_mm, y_mm, heading_deg] = goal.map(i16::from_be_bytes);
+            let [x_mm, y_mm, heading_deg] = [[x1, x0], [y1, y0], [h1, h0]].map(i16::from_be_bytes);
             let number = self.last_move.begin();
             self.moves.push(MoveCommand { x_mm, y_mm, heading_deg, number });
             self.amend_move_points();
         }
-        match self.mode {
-            Mode::Corrected => Next::Skip(9),
-            // Correction 3: the listing takes 0x0E for reserved and starts over, so that nothing
-            // after a MOVE is ever executed, and the outputs are never written.
-            Mode::Listing => Next::Begin,
-        }
     }
 
-    fn add(&mut self, high: u8, low: u8, operands: [u8; 2], select: u8) -> Next {
-        let [a, b] = operands.map(|address| self.read(address));
+    fn add(&mut self, [high, low, a, b, select]: [u8; 5]) {
+        let [a, b] = [a, b].map(|address| self.read(address));
         let select = match self.mode {
             Mode::Corrected => select,
             // Correction 12: the listing fetches SELOP like the other operands, through the table
@@ -411,20 +407,17 @@ impl Memory {
             Mode::Listing => self.read(select),
         };
         if select & 1 == 0 {
-            self.write_pair(high, low, u16::from(a).saturating_add(u16::from(b)));
-            return Next::Skip(6);
+            return self.write_pair(high, low, u16::from(a).saturating_add(u16::from(b)));
         }
         // Correction 5, second part: the listing clears the sign it has just set.
         let negative = a < b && self.mode == Mode::Corrected;
         self.write(high, if negative { 0x80 } else { 0x00 });
         self.write(low, a.abs_diff(b));
-        Next::Skip(6)
     }
 
-    fn multiply(&mut self, high: u8, low: u8, operands: [u8; 2]) -> Next {
-        let [a, b] = operands.map(|address| u16::from(self.read(address)));
+    fn multiply(&mut self, [high, low, a, b]: [u8; 4]) {
+        let [a, b] = [a, b].map(|address| u16::from(self.read(address)));
         self.write_pair(high, low, a.saturating_mul(b));
-        Next::Skip(5)
     }
 
     fn write_pair(&mut self, high: u8, low: u8, value: u16) {
@@ -438,7 +431,7 @@ impl Memory {
         self.write(low, low_byte);
     }
 
-    fn event(&mut self, kind: u8, input: u8, edge: u8) -> Next {
+    fn event(&mut self, [kind, input, edge]: [u8; 3]) {
         if let Some(resource) = ResourceId::from_address(input)
             && self.edge_is(input, edge)
         {
@@ -446,7 +439,6 @@ impl Memory {
             let (at, clock) = (self.now, self.clock);
             self.events.push(Event { at, clock, kind: kind & 0x0F, resource, history });
         }
-        Next::Skip(4)
     }
 
     fn unknown(&self, opcode: u8) -> Next {
@@ -482,6 +474,12 @@ impl Memory {
             hash.absorb_bytes(&[event.kind, event.resource.address(), event.history]);
         }
     }
+}
+
+/// Operands as many as a function has. Their number is that of the table; the zeros of others are never seen.
+fn fixed<const N: usize>(operands: &[u8]) -> [u8; N] {
+    debug_assert_eq!(operands.len(), N, "the table and the machine differ in a function's size");
+    operands.try_into().unwrap_or([0; N])
 }
 
 /// An input and its complement.

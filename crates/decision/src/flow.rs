@@ -8,11 +8,12 @@ use crate::{
     diagnostics::{Place, Problems},
     estimate::N_FUNCTIONS_MAX,
     image::IMAGE_BYTES_MAX,
+    instruction_set::Acts,
 };
 
 /// An oscillator has no use for an edge.
 pub(crate) fn check_oscillator(function: &Function, problems: &mut Problems) {
-    if function.mnemonic != Mnemonic::Timer || constant(function, Role::TimerType) != Some(1) {
+    if function.mnemonic != Mnemonic::Timer || function.constant(Role::TimerType) != Some(1) {
         return;
     }
     if let Some(edge) = operand(function, Role::Edge)
@@ -95,8 +96,7 @@ struct Write<'f> {
 
 /// What a function writes. `TIMER` writes the output of its timer.
 fn writes(function: &Function) -> impl Iterator<Item = Write<'_>> {
-    use Mnemonic::{Counter, Stc, Stic};
-    let always = !matches!(function.mnemonic, Counter | Stc | Stic);
+    let always = function.mnemonic.acts() == Acts::EachScan;
     function.operands.iter().filter_map(move |operand| {
         let id = match operand.role {
             Role::TimerNumber => {
@@ -151,7 +151,7 @@ fn check_conditions(functions: &[Function], problems: &mut Problems) {
             continue;
         };
         let is_level = code == 0 || code == 3;
-        let mnemonic = function.mnemonic;
+        let (mnemonic, acts) = (function.mnemonic, function.mnemonic.acts());
         let never = match id {
             ResourceId::ZERO => code != 0,
             ResourceId::ONE => code != 3,
@@ -160,11 +160,11 @@ fn check_conditions(functions: &[Function], problems: &mut Problems) {
         if never {
             let message = format!("{id} is constant, EDGE {} never comes", edge.text);
             problems.report(Code::ConditionNeverTrue, place(condition), message, || None);
-        } else if mnemonic == Mnemonic::Counter && is_level {
-            let message = format!("COUNTER counts edges only, EDGE {} never counts", edge.text);
+        } else if acts == Acts::OnEdges && is_level {
+            let message = format!("{mnemonic} counts edges only, EDGE {} never counts", edge.text);
             let hint = || Some("use RISE or FALL".to_owned());
             problems.report(Code::ConditionNeverTrue, place(edge), message, hint);
-        } else if is_level && matches!(mnemonic, Mnemonic::Move | Mnemonic::Event) {
+        } else if is_level && acts == Acts::Outside {
             let message = format!("{mnemonic} acts in every scan while {id} is steady");
             let hint = || Some("use RISE or FALL to act once".to_owned());
             problems.report(Code::ActsEveryScan, place(edge), message, hint);
@@ -191,10 +191,6 @@ fn check_capacity(functions: &[Function], problems: &mut Problems) {
 
 fn operand(function: &Function, role: Role) -> Option<&Operand> {
     function.operands.iter().find(|operand| operand.role == role)
-}
-
-fn constant(function: &Function, role: Role) -> Option<i32> {
-    operand(function, role)?.immediate()
 }
 
 fn place(operand: &Operand) -> Place {

@@ -1,48 +1,100 @@
-//! The sixteen functions: names, opcodes, and what each operand must be.
+//! The table of functions: names, opcodes, what each operand must be, when it acts, and a sentence on it.
 //!
-//! Everything else in the crate — parser, encoder, decoder, machine, gate view — reads this table
-//! and has no list of functions of its own.
+//! Everything else — parser, encoder, decoder, machine, rules about programs, gate view, `cairn rdpl --help`, the
+//! guide's table, the editor of the studio — reads it and has no list of functions of its own. A new function is a row
+//! here and what it does in `execute.rs`; its size follows from its operands.
 //!
 //! Source: the thesis, §4.2.3.4, Table 4.6 and Annex A. Differences: the thesis prints no length
 //! for `MOVE`; ours is nine bytes, with coordinates as 16-bit big-endian numbers.
 
 use std::fmt;
 
-/// A function of the language.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Mnemonic {
-    /// All four inputs are 1.
-    And,
-    /// Not all four inputs are 1.
-    Nand,
-    /// At least one of four inputs is 1.
-    Or,
-    /// None of four inputs is 1.
-    Nor,
-    /// An odd number of the four inputs are 1.
-    Xor,
-    /// Set and reset flip-flop.
-    Ff,
-    /// One of 32 timers, as monostable or oscillator.
-    Timer,
-    /// 8-bit counter in both directions that stops at its ends.
-    Counter,
-    /// Two numbers agree under a mask.
-    Dcomp,
-    /// One number is at least another.
-    Acomp,
-    /// Sends the robot to a goal.
-    Move,
-    /// Copies a byte on a condition.
-    Stc,
-    /// Stores a constant on a condition.
-    Stic,
-    /// Adds or subtracts. Only in Annex A.
-    Oper,
-    /// Multiplies. Only in Annex A.
-    Mul,
-    /// Logs an event. Only in Annex A.
-    Event,
+use crate::ResourceId;
+
+/// The enum of functions and everything that is said of each, made of one row for each.
+macro_rules! functions {
+    ($( $variant:ident = $name:literal, $opcode:literal, $parameters:expr, $acts:ident, $about:literal; )+) => {
+        /// A function of the language.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum Mnemonic {
+            $( #[doc = $about] #[doc = "."] $variant, )+
+        }
+
+        impl Mnemonic {
+            /// Every function, by opcode.
+            pub const ALL: &'static [Self] = &[$( Self::$variant, )+];
+
+            /// As a program writes it.
+            pub const fn name(self) -> &'static str {
+                match self { $( Self::$variant => $name, )+ }
+            }
+
+            /// First byte of its encoding.
+            pub const fn opcode(self) -> u8 {
+                match self { $( Self::$variant => $opcode, )+ }
+            }
+
+            /// The function with that opcode.
+            pub const fn by_opcode(opcode: u8) -> Option<Self> {
+                match opcode {
+                    $( $opcode => Some(Self::$variant), )+
+                    _ => None,
+                }
+            }
+
+            /// Its operands, in the order of both text and encoding.
+            pub const fn parameters(self) -> &'static [Parameter] {
+                match self { $( Self::$variant => $parameters, )+ }
+            }
+
+            /// Bytes of its encoding, the opcode included.
+            pub const fn size_bytes(self) -> usize {
+                match self { $( Self::$variant => const { size_bytes($parameters) }, )+ }
+            }
+
+            /// What it does, in one sentence without a full stop.
+            pub const fn about(self) -> &'static str {
+                match self { $( Self::$variant => $about, )+ }
+            }
+
+            /// When it acts.
+            pub(crate) const fn acts(self) -> Acts {
+                match self { $( Self::$variant => Acts::$acts, )+ }
+            }
+        }
+    };
+}
+
+functions! {
+    And = "AND", 0x04, LOGIC, EachScan, "1 when all four are 1";
+    Nand = "NAND", 0x05, LOGIC, EachScan, "1 when not all four are 1";
+    Or = "OR", 0x06, LOGIC, EachScan, "1 when at least one of four is 1";
+    Nor = "NOR", 0x07, LOGIC, EachScan, "1 when none of four is 1";
+    Xor = "XOR", 0x08, LOGIC, EachScan, "1 when an odd number of four are 1";
+    Ff = "FF", 0x09, FF, EachScan, "a flip-flop that S sets and R resets";
+    Timer = "TIMER", 0x0A, TIMER, EachScan, "one of 32 timers: a pulse of K quanta, or an oscillator";
+    Counter = "COUNTER", 0x0B, COUNTER, OnEdges, "counts edges up or down, from 0 to 255";
+    Dcomp = "DCOMP", 0x0C, DCOMP, EachScan, "1 when two bytes agree in the bits of a mask";
+    Acomp = "ACOMP", 0x0D, ACOMP, EachScan, "1 when one number is at least another";
+    Move = "MOVE", 0x0E, MOVE, Outside, "sends the robot to a goal, in mm and degrees";
+    Stc = "STC", 0x10, STC, OnCondition, "copies a byte on a condition";
+    Stic = "STIC", 0x11, STIC, OnCondition, "stores a constant on a condition";
+    Oper = "OPER", 0x12, OPER, EachScan, "the sum of two numbers, or their difference";
+    Mul = "MUL", 0x13, MUL, EachScan, "the product of two numbers";
+    Event = "EVENT", 0x16, EVENT, Outside, "writes an entry into the event log";
+}
+
+/// When a function acts: writes its destination, or does something outside of the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Acts {
+    /// It writes in every scan.
+    EachScan,
+    /// It writes in scans in which its condition holds.
+    OnCondition,
+    /// It writes in scans with an edge; a level never counts.
+    OnEdges,
+    /// It does something outside, in every scan in which its condition holds; hardly meant with a level.
+    Outside,
 }
 
 /// What an operand is for, which decides what may stand there and how it is encoded.
@@ -127,103 +179,35 @@ pub const OPCODE_READ_INPUTS: u8 = 0x00;
 pub const OPCODE_END_OF_CYCLE: u8 = 0x0F;
 
 impl Mnemonic {
-    /// Every function, by opcode.
-    pub const ALL: [Self; 16] = [
-        Self::And,
-        Self::Nand,
-        Self::Or,
-        Self::Nor,
-        Self::Xor,
-        Self::Ff,
-        Self::Timer,
-        Self::Counter,
-        Self::Dcomp,
-        Self::Acomp,
-        Self::Move,
-        Self::Stc,
-        Self::Stic,
-        Self::Oper,
-        Self::Mul,
-        Self::Event,
-    ];
-
-    /// As a program writes it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::And => "AND",
-            Self::Nand => "NAND",
-            Self::Or => "OR",
-            Self::Nor => "NOR",
-            Self::Xor => "XOR",
-            Self::Ff => "FF",
-            Self::Timer => "TIMER",
-            Self::Counter => "COUNTER",
-            Self::Dcomp => "DCOMP",
-            Self::Acomp => "ACOMP",
-            Self::Move => "MOVE",
-            Self::Stc => "STC",
-            Self::Stic => "STIC",
-            Self::Oper => "OPER",
-            Self::Mul => "MUL",
-            Self::Event => "EVENT",
-        }
-    }
-
     /// The function of that name, in either case.
     pub fn by_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|mnemonic| mnemonic.name().eq_ignore_ascii_case(name))
+        Self::ALL.iter().copied().find(|mnemonic| mnemonic.name().eq_ignore_ascii_case(name))
     }
 
-    /// First byte of its encoding.
-    pub fn opcode(self) -> u8 {
+    /// How it is written: `FF DEST,S,R,PRIORITY`.
+    pub fn syntax(self) -> String {
+        let names: Vec<&str> = self.parameters().iter().map(|p| p.name).collect();
+        format!("{self} {}", names.join(","))
+    }
+
+    /// What an input that is not used is tied to; only inputs of logic functions can be.
+    pub(crate) const fn neutral(self) -> Option<ResourceId> {
         match self {
-            Self::And => 0x04,
-            Self::Nand => 0x05,
-            Self::Or => 0x06,
-            Self::Nor => 0x07,
-            Self::Xor => 0x08,
-            Self::Ff => 0x09,
-            Self::Timer => 0x0A,
-            Self::Counter => 0x0B,
-            Self::Dcomp => 0x0C,
-            Self::Acomp => 0x0D,
-            Self::Move => 0x0E,
-            Self::Stc => 0x10,
-            Self::Stic => 0x11,
-            Self::Oper => 0x12,
-            Self::Mul => 0x13,
-            Self::Event => 0x16,
+            Self::And | Self::Nand => Some(ResourceId::ONE),
+            Self::Or | Self::Nor | Self::Xor => Some(ResourceId::ZERO),
+            _ => None,
         }
     }
+}
 
-    /// The function with that opcode.
-    pub fn by_opcode(opcode: u8) -> Option<Self> {
-        Self::ALL.into_iter().find(|mnemonic| mnemonic.opcode() == opcode)
+/// Bytes of an instruction with these operands, the opcode included.
+const fn size_bytes(parameters: &[Parameter]) -> usize {
+    let (mut size, mut rest) = (1_usize, parameters);
+    while let [first, behind @ ..] = rest {
+        size = size.saturating_add(first.role.size_bytes());
+        rest = behind;
     }
-
-    /// Its operands, in the order of both text and encoding.
-    pub fn parameters(self) -> &'static [Parameter] {
-        match self {
-            Self::And | Self::Nand | Self::Or | Self::Nor | Self::Xor => LOGIC,
-            Self::Ff => FF,
-            Self::Timer => TIMER,
-            Self::Counter => COUNTER,
-            Self::Dcomp => DCOMP,
-            Self::Acomp => ACOMP,
-            Self::Move => MOVE,
-            Self::Stc => STC,
-            Self::Stic => STIC,
-            Self::Oper => OPER,
-            Self::Mul => MUL,
-            Self::Event => EVENT,
-        }
-    }
-
-    /// Bytes of its encoding, the opcode included.
-    pub fn size_bytes(self) -> usize {
-        let operands: usize = self.parameters().iter().map(|p| p.role.size_bytes()).sum();
-        operands.saturating_add(1)
-    }
+    size
 }
 
 const fn p(name: &'static str, role: Role) -> Parameter {
@@ -304,7 +288,7 @@ impl Role {
     }
 
     /// Bytes of its encoding.
-    pub fn size_bytes(self) -> usize {
+    pub const fn size_bytes(self) -> usize {
         match self {
             Self::Coordinate | Self::Heading => 2,
             _ => 1,
@@ -343,7 +327,7 @@ mod tests {
 
     #[test]
     fn names_and_opcodes_lead_back() {
-        for mnemonic in Mnemonic::ALL {
+        for &mnemonic in Mnemonic::ALL {
             assert_eq!(Mnemonic::by_name(&mnemonic.name().to_lowercase()), Some(mnemonic));
             assert_eq!(Mnemonic::by_opcode(mnemonic.opcode()), Some(mnemonic));
         }

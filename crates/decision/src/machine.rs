@@ -17,7 +17,7 @@ use crate::{
     mode::Mode,
     moves::{MovePoints, MoveReport, MoveState},
     state::{Event, Failsafe, Fault, MoveCommand, Step},
-    timers::quantum_ticks,
+    timers::{TICK, quantum_ticks},
 };
 
 /// What one timer is doing.
@@ -50,9 +50,6 @@ pub struct ScanReport {
 /// another is set: 2 s, about the longest time the watchdog of such a controller knows. The thesis
 /// gives none.
 pub const WATCHDOG: Duration = Duration::from_secs(2);
-/// One tick.
-const TICK: Duration = Duration::from_millis(10);
-
 /// Executes a program, scan by scan. Ticks, scans and steps allocate nothing.
 ///
 /// ```

@@ -156,13 +156,9 @@ fn parse_function<'s>(
             "{mnemonic} needs {needed} operands and has {given}: {} is missing",
             missing.name
         );
-        let hint = || {
-            use Mnemonic::{And, Nand, Nor, Or, Xor};
-            match mnemonic {
-                And | Nand if given >= 2 => Some("tie unused inputs to 1L".to_owned()),
-                Or | Nor | Xor if given >= 2 => Some("tie unused inputs to 0L".to_owned()),
-                _ => Some(syntax(mnemonic)),
-            }
+        let hint = || match mnemonic.neutral().filter(|_| given >= 2) {
+            Some(neutral) => Some(format!("tie unused inputs to {neutral}")),
+            None => Some(syntax(mnemonic)),
         };
         problems.report(Code::TooFewOperands, place, message, hint);
         return None;
@@ -222,8 +218,6 @@ fn is_like_operand(field: &Field<'_>, names: &Names) -> bool {
         || names.contains_key(&field.folded())
 }
 
-/// `FF DEST,S,R,PRIORITY`.
 fn syntax(mnemonic: Mnemonic) -> String {
-    let names: Vec<&str> = mnemonic.parameters().iter().map(|p| p.name).collect();
-    format!("write `{mnemonic} {}`", names.join(","))
+    format!("write `{}`", mnemonic.syntax())
 }

@@ -1,8 +1,11 @@
 //! A compiled program: functions in order, each operand tied to its place in the source.
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Duration};
 
-use crate::{Mnemonic, ResourceId, Role};
+use crate::{
+    Mnemonic, ResourceId, Role,
+    timers::{TICK, quantum_ticks},
+};
 
 /// Byte range in the source text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -74,6 +77,25 @@ pub struct Function {
     pub mnemonic: Mnemonic,
     /// As many as the mnemonic has parameters, in that order.
     pub operands: Vec<Operand>,
+}
+
+impl Function {
+    /// The timer that it sets, if it sets one: 0 to 31.
+    pub fn timer(&self) -> Option<u8> {
+        u8::try_from(self.constant(Role::TimerNumber)?).ok()
+    }
+
+    /// How long that timer runs: K quanta of its group.
+    pub fn timer_time(&self) -> Option<Duration> {
+        let ticks = quantum_ticks(self.timer()?);
+        let quanta = u32::try_from(self.constant(Role::Quanta)?).ok()?;
+        Some(TICK.saturating_mul(ticks.saturating_mul(quanta)))
+    }
+
+    /// Its first constant of that role, if it has one.
+    pub fn constant(&self, role: Role) -> Option<i32> {
+        self.operands.iter().find(|operand| operand.role == role)?.immediate()
+    }
 }
 
 /// A program without errors.

@@ -12,7 +12,10 @@ use run_context::StateHash;
 
 use crate::{EdgeCode, Mode};
 
-/// Ticks of 10 ms in one quantum of each group.
+/// What timers, clock and watchdog count.
+pub(crate) const TICK: Duration = Duration::from_millis(10);
+
+/// Ticks in one quantum of each group.
 const QUANTUM_TICKS: [u32; 4] = [1, 10, 100, 6000];
 
 /// How a timer is told to work by its instruction.
@@ -115,7 +118,7 @@ fn count_down(timers: &mut [u32]) {
     }
 }
 
-/// Ticks of 10 ms in one quantum of timer `number`.
+/// Ticks in one quantum of timer `number`.
 pub(crate) fn quantum_ticks(number: u8) -> u32 {
     QUANTUM_TICKS.get(usize::from(number / 8)).copied().unwrap_or(1)
 }

@@ -6,7 +6,7 @@
 
 use std::{collections::BTreeSet, fs, path::PathBuf};
 
-use decision::{Code, Machine, Mode, compile, decode};
+use decision::{Code, Machine, Mnemonic, Mode, compile, decode};
 
 fn docs() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs")
@@ -112,12 +112,18 @@ fn every_program_in_the_guide_compiles() {
 #[test]
 fn the_guide_lists_every_function_and_problem_group() {
     let guide = fs::read_to_string(docs().join("guide/rdpl.md")).expect("the guide");
-    for mnemonic in decision::Mnemonic::ALL {
-        let names: Vec<&str> = mnemonic.parameters().iter().map(|p| p.name).collect();
-        let syntax = format!("`{mnemonic} {}`", names.join(","));
+    let mut table = "| function | opcode | bytes | |\n| --- | --- | --- | --- |\n".to_owned();
+    for mnemonic in Mnemonic::ALL {
+        let syntax = format!("`{}`", mnemonic.syntax());
         assert!(guide.contains(&syntax), "the guide lacks {syntax}");
-        let encoding =
-            format!("| `{mnemonic}` | {:02X} | {} |", mnemonic.opcode(), mnemonic.size_bytes());
-        assert!(guide.contains(&encoding), "the guide lacks {encoding}");
+        let (opcode, size, about) = (mnemonic.opcode(), mnemonic.size_bytes(), mnemonic.about());
+        let row = format!("| `{mnemonic}` | {opcode:02X} | {size} | {about} |\n");
+        table.push_str(&row);
     }
+    // UPDATE_EXPECT=1 brings the table up to date.
+    let (begin, end) = ("<!-- functions -->\n", "<!-- end of functions -->\n");
+    let (before, rest) = guide.split_once(begin).expect("where the table begins");
+    let (_, after) = rest.split_once(end).expect("where the table ends");
+    expect_test::expect_file![docs().join("guide/rdpl.md")]
+        .assert_eq(&format!("{before}{begin}{table}{end}{after}"));
 }

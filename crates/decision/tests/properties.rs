@@ -50,7 +50,7 @@ fn operand(role: Role) -> BoxedStrategy<String> {
 }
 
 fn function() -> impl Strategy<Value = String> {
-    select(&Mnemonic::ALL[..]).prop_flat_map(|mnemonic| {
+    select(Mnemonic::ALL).prop_flat_map(|mnemonic| {
         let operands: Vec<_> = mnemonic.parameters().iter().map(|p| operand(p.role)).collect();
         operands.prop_map(move |operands| format!("{mnemonic} {}", operands.join(",")))
     })

@@ -2,6 +2,8 @@
 
 use std::{fmt, path::Path};
 
+use decision::Mnemonic;
+
 /// Bytes of a file that are looked at.
 const HEAD_BYTES: usize = 4096;
 
@@ -153,7 +155,9 @@ fn by_text(head: &[u8]) -> Option<Sort> {
     let second = line.split_ascii_whitespace().nth(1).unwrap_or_default();
     match first {
         _ if text.starts_with(';') => Some(Sort::PROGRAM),
-        _ if is_function(first) || second.eq_ignore_ascii_case("EQU") => Some(Sort::PROGRAM),
+        _ if Mnemonic::by_name(first).is_some() || second.eq_ignore_ascii_case("EQU") => {
+            Some(Sort::PROGRAM)
+        }
         "2D-Map" | "2D-Map-Ex" | "2D-Map-Ex2" | "2D-Map-Ex3" | "2D-Map-Ex4" | "image:" => {
             Some(Sort::MAP)
         }
@@ -163,15 +167,6 @@ fn by_text(head: &[u8]) -> Option<Sort> {
         _ if first.starts_with("VERTEX") || first.starts_with("EDGE_") => Some(Sort::GRAPH),
         _ => None,
     }
-}
-
-/// Whether a word is a function of decision programs.
-fn is_function(word: &str) -> bool {
-    const NAMES: [&str; 16] = [
-        "AND", "NAND", "OR", "NOR", "XOR", "FF", "TIMER", "COUNTER", "DCOMP", "ACOMP", "MOVE",
-        "STC", "STIC", "OPER", "MUL", "EVENT",
-    ];
-    NAMES.iter().any(|name| word.eq_ignore_ascii_case(name))
 }
 
 /// By what a file is called.

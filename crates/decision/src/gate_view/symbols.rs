@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::{Family, Function, Mnemonic, Operand, ResourceId, Role, timers::quantum_ticks};
+use crate::{Family, Function, Mnemonic, Operand, ResourceId, Role};
 
 /// Distance between pins, px.
 pub(super) const PIN_PX: i32 = 20;
@@ -120,11 +120,7 @@ fn pin(id: ResourceId, written: &str, mark: String) -> Pin {
 }
 
 fn inputs(function: &Function) -> Vec<Pin> {
-    let neutral = match function.mnemonic {
-        Mnemonic::And | Mnemonic::Nand => Some(ResourceId::ONE),
-        Mnemonic::Or | Mnemonic::Nor | Mnemonic::Xor => Some(ResourceId::ZERO),
-        _ => None,
-    };
+    let neutral = function.mnemonic.neutral();
     let read = |operand: &&Operand| !operand.role.is_destination();
     let pins = function.operands.iter().filter(read);
     let pins = pins.filter_map(|operand| Some((operand, operand.resource()?)));
@@ -145,7 +141,7 @@ fn mark(function: &Function, operand: &Operand) -> String {
         (Mnemonic::Acomp, _, "OP1") => "+".to_owned(),
         (Mnemonic::Acomp, _, _) => "−".to_owned(),
         (_, Role::Condition, name) => {
-            let edge = match constant(function, Role::Edge) {
+            let edge = match function.constant(Role::Edge) {
                 Some(1) => "↑",
                 Some(2) => "↓",
                 Some(3) => "=1",
@@ -161,8 +157,7 @@ fn mark(function: &Function, operand: &Operand) -> String {
 
 fn outputs(function: &Function) -> Vec<Pin> {
     let destinations = function.operands.iter().filter(|operand| operand.role.is_destination());
-    let timer = constant(function, Role::TimerNumber).and_then(|n| u8::try_from(n).ok());
-    let timer = timer.and_then(|n| ResourceId::of(Family::TimerOutput, n));
+    let timer = function.timer().and_then(|n| ResourceId::of(Family::TimerOutput, n));
     let timer = timer.map(|id| pin(id, &id.to_string(), String::new()));
     let mark = |operand: &Operand| match operand.name {
         "DESTH" => "high".to_owned(),
@@ -173,21 +168,15 @@ fn outputs(function: &Function) -> Vec<Pin> {
     timer.into_iter().chain(named).collect()
 }
 
-fn constant(function: &Function, role: Role) -> Option<i32> {
-    function.operands.iter().find(|operand| operand.role == role)?.immediate()
-}
-
 /// Title and texts of a box.
 fn describe(function: &Function, node: &mut Node) {
-    let number = |role| constant(function, role).unwrap_or(0);
+    let number = |role| function.constant(role).unwrap_or(0);
     match function.mnemonic {
         Mnemonic::Timer => {
             let timer = number(Role::TimerNumber);
             node.title = format!("TIMER {timer}");
             let kind = if number(Role::TimerType) == 1 { "⎍" } else { "⊓" };
-            let ticks = u8::try_from(timer).map_or(1, quantum_ticks);
-            let quanta = u32::try_from(number(Role::Quanta)).unwrap_or(0);
-            let time = Duration::from_millis(10).saturating_mul(ticks.saturating_mul(quanta));
+            let time = function.timer_time().unwrap_or_default();
             node.texts = vec![format!("{kind} {}", time_text(time))];
         }
         Mnemonic::Move => {

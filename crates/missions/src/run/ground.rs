@@ -7,7 +7,8 @@
 //! a MOVE is told to stop.
 
 use decision::{
-    FUNCTION_MS, Machine, Mode, MoveCommand, MoveReport, MoveState, Operand, Program, ResourceId,
+    FUNCTION_MS, Family, Machine, Mode, MoveCommand, MoveReport, MoveState, Operand, Program,
+    ResourceId,
 };
 use geometry::Se2;
 use run_context::StateHash;
@@ -246,9 +247,7 @@ impl DecisionNode {
 fn named(program: &Program) -> Vec<(String, ResourceId)> {
     let mut named: Vec<(String, ResourceId)> = Vec::new();
     for function in program.functions() {
-        let timer = function.operands.first().and_then(Operand::immediate);
-        let timer = timer.filter(|_| function.mnemonic.name() == "TIMER");
-        let timer = timer.and_then(|n| ResourceId::by_name(&format!("YTMR{n}")).ok());
+        let timer = function.timer().and_then(|n| ResourceId::of(Family::TimerOutput, n));
         for id in function.operands.iter().filter_map(Operand::resource).chain(timer) {
             if !named.iter().any(|(_, known)| *known == id) {
                 named.push((id.to_string(), id));

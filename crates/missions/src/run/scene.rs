@@ -189,9 +189,7 @@ fn program(plan: &crate::mission::plan::DecisionPlan) -> SceneProgram {
 
 /// The output of the timer that a TIMER sets, which is what its first operand, a number, stands for.
 fn timer_output(function: &decision::Function) -> Option<String> {
-    let is_timer = function.mnemonic.name() == "TIMER";
-    let number = is_timer.then(|| function.operands.first()?.immediate()).flatten()?;
-    Some(format!("YTMR{number}"))
+    function.timer().map(|number| format!("YTMR{number}"))
 }
 
 /// Three links per robot, in this order: to the robot, to the server, to the ground. Link `i` of

@@ -98,21 +98,10 @@ fn decision(node: &DecisionNode) -> ViewDecision {
     }
 }
 
-/// What a timer of the program is set to, ms: K times the quantum of its group.
+/// What a timer of the program is set to, ms.
 fn timer_total_ms(functions: &[decision::Function], index: usize) -> Option<u64> {
-    let quantum_ms = match index {
-        0..=7 => 10,
-        8..=15 => 100,
-        16..=23 => 1000,
-        _ => 60_000,
-    };
-    let number = |f: &decision::Function, operand: usize| f.operands.get(operand)?.immediate();
-    functions
-        .iter()
-        .filter(|f| f.mnemonic.name() == "TIMER")
-        .find(|f| number(f, 0) == i32::try_from(index).ok())
-        .and_then(|f| u64::try_from(number(f, 4)?).ok())
-        .map(|k| k * quantum_ms)
+    let timer = functions.iter().find(|f| f.timer().map(usize::from) == Some(index))?;
+    u64::try_from(timer.timer_time()?.as_millis()).ok()
 }
 
 fn figures(run: &Run) -> ViewFigures {

@@ -1,5 +1,6 @@
 //! What a mission may say and its author hardly meant.
 
+use decision::Mnemonic;
 use geometry::wrap_to_pi;
 use navigator::{Method, TrailController};
 
@@ -143,12 +144,12 @@ fn deadlines(file: &MissionFile, found: &mut Vec<String>) {
 /// Whether somebody who says nothing of it beforehand may send a robot anywhere: a program with MOVE, or a person
 /// who drives it by hand.
 fn may_go_anywhere(parts: &Parts, robot: usize) -> bool {
-    let moves = |d: &DecisionPlan| d.robot == Some(robot) && has_function(d, "MOVE");
+    let moves = |d: &DecisionPlan| d.robot == Some(robot) && has_function(d, Mnemonic::Move);
     parts.decision.as_ref().is_some_and(moves) || parts.robots[robot].teleoperator.is_some()
 }
 
-fn has_function(plan: &DecisionPlan, name: &str) -> bool {
-    plan.program.functions().iter().any(|function| function.mnemonic.name() == name)
+fn has_function(plan: &DecisionPlan, mnemonic: Mnemonic) -> bool {
+    plan.program.functions().iter().any(|function| function.mnemonic == mnemonic)
 }
 
 /// The goals that the mission's events give a robot.
@@ -213,13 +214,13 @@ fn never(parts: &Parts, found: &mut Vec<String>) {
         parts.events.iter().any(|event| cuts(&event.action))
     };
     let decision = parts.decision.as_ref();
-    let lacks = |name: &str| decision.is_some_and(|plan| !has_function(plan, name));
+    let lacks = |function| decision.is_some_and(|plan| !has_function(plan, function));
     for requirement in &parts.success {
         let why = match requirement {
-            Requirement::MovesSent(1..) if lacks("MOVE") => {
+            Requirement::MovesSent(1..) if lacks(Mnemonic::Move) => {
                 "success.moves_sent: the decision program has no MOVE"
             }
-            Requirement::EventsLogged(1..) if lacks("EVENT") => {
+            Requirement::EventsLogged(1..) if lacks(Mnemonic::Event) => {
                 "success.events_logged: the decision program has no EVENT"
             }
             Requirement::WatchdogResets(1..) if decision.is_some_and(|d| d.watchdog.is_zero()) => {

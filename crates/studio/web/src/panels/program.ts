@@ -57,7 +57,8 @@ export class ProgramPanel {
       state: EditorState.create({
         doc: program.source.replace(/\n+$/, ""),
         extensions: [
-          EditorState.readOnly.of(true), EditorView.editable.of(false), lineNumbers(), highlightActiveLine(), lightsField, rdplLanguage(),
+          EditorState.readOnly.of(true), EditorView.editable.of(false), lineNumbers(), highlightActiveLine(), lightsField,
+          rdplLanguage(program.functions.map(({ mnemonic }) => mnemonic)),
           EditorView.contentAttributes.of({ "aria-label": "Source of the decision program", tabindex: "0" }),
         ],
       }),

@@ -4,13 +4,11 @@ import { HighlightStyle, StreamLanguage, syntaxHighlighting } from "@codemirror/
 import type { Extension } from "@codemirror/state";
 import { tags } from "@lezer/highlight";
 
-const MNEMONICS = new Set([
-  "AND", "NAND", "OR", "NOR", "XOR", "FF", "TIMER", "COUNTER", "DCOMP", "ACOMP", "MOVE", "STC", "STIC", "OPER", "MUL", "EVENT", "EQU",
-]);
 const CONSTANTS = new Set(["RISE", "FALL", "UP", "DOWN", "MONO", "OSC"]);
-const RESOURCE = /^(NI\d+|I\d+|O\d+|A\d+|M\d+|YTMR\d+|Y\d+|STATUS|S\d+|[01]L|QRUN)$/;
+const RESOURCE = /^(NI\d+|I\d+|O\d+|A\d+|M\d+|YTMR\d+|Y\d+|STATUS|S\d+|[01]L|QRUN|HOUR|MINUTE|SECOND|DAY|MONTH|WEEKDAY)$/;
 
-const rdpl = StreamLanguage.define({
+/** A program is shown with the functions that it has: the table of all of them is the compiler's. */
+const rdpl = (functions: ReadonlySet<string>) => StreamLanguage.define({
   name: "rdpl",
   token(stream) {
     if (stream.eatSpace()) return null;
@@ -23,7 +21,7 @@ const rdpl = StreamLanguage.define({
       return "punctuation";
     }
     const text = word[0].toUpperCase();
-    if (MNEMONICS.has(text)) return "keyword";
+    if (text === "EQU" || functions.has(text)) return "keyword";
     if (CONSTANTS.has(text)) return "atom";
     return RESOURCE.test(text) ? "variableName" : "labelName";
   },
@@ -38,6 +36,6 @@ const colours = HighlightStyle.define([
   { tag: tags.labelName, color: "var(--warn)" },
 ]);
 
-export function rdplLanguage(): Extension {
-  return [rdpl, syntaxHighlighting(colours)];
+export function rdplLanguage(functions: Iterable<string>): Extension {
+  return [rdpl(new Set(functions)), syntaxHighlighting(colours)];
 }
