@@ -13,7 +13,7 @@ use missions::Mission;
 use robot_models::RobotModel;
 use run_context::RunSeed;
 use serde_json::{Value, json};
-use simulator::{Fixtures, World, WorldSpec, activmedia_map};
+use simulator::{Fixtures, World, WorldSpec, activmedia_map, floor_plan::MapFormat};
 use virtual_robots::{
     BatteryConfig, BoardConfig, BoardStatus, Exchange, ServedBoard, ServedEvent, ServedWorld,
 };
@@ -44,7 +44,8 @@ const N_MESSAGES_MAX: u32 = 10;
 pub(crate) struct Args {
     #[arg(value_parser = parse::model, help = parse::model_help())]
     model: String,
-    /// An ActivMedia 2-D map (.map), a mission file (.toml), or the name of a shipped mission
+    /// A map (a ROS map's .yaml; .map of ActivMedia or Moving AI), a mission file (.toml), or the name of a shipped
+    /// mission
     #[arg(long, value_name = "FILE")]
     world: String,
     /// How many robots share the world; each has its own port, the first the one of --listen, the
@@ -69,7 +70,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "BITS", requires = "serial")]
     baud: Option<u32>,
     /// Where it stands: x and y in metres, heading in degrees; else the map's RobotHome, else the
-    /// start of the mission's first robot, else the middle of the world. Once for each robot; those
+    /// start of the mission's first robot, else the widest place of the map, else the middle of the
+    /// world. Once for each robot; those
     /// without one stand beside the first
     #[arg(long, value_name = "X,Y,DEG", allow_hyphen_values = true)]
     start: Vec<String>,
@@ -401,17 +403,42 @@ fn load_world(name: &str, seed: RunSeed) -> anyhow::Result<(World, Option<Se2>)>
     if name.to_ascii_lowercase().ends_with(".map.gz") {
         bail!("{name} is packed: unpack it first (gunzip --keep {name}) and give the .map file");
     }
-    if Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("map")) {
-        let text = files::read(Path::new(name), "the map", files::Limit::TEXT, &mut |_, _| ())?;
-        let map = activmedia_map::parse(&String::from_utf8_lossy(&text))
-            .with_context(|| format!("{name} is not an ActivMedia 2-D map"))?;
-        map.warnings.iter().for_each(|warning| complain!("{name}: {warning}"));
-        let world = World::new(WorldSpec::of_walls(map.to_segment_world()), seed, TICK)?;
-        return Ok((world, map.home));
+    let path = Path::new(name);
+    let ends_with = |ends: &[&str]| {
+        path.extension().is_some_and(|found| ends.iter().any(|end| found.eq_ignore_ascii_case(end)))
+    };
+    if ends_with(&["map"]) {
+        let text = files::read(path, "the map", files::Limit::TEXT, &mut |_, _| ())?;
+        let text = String::from_utf8_lossy(&text);
+        if MapFormat::of(&text) != Some(MapFormat::MovingAi) {
+            let map = activmedia_map::parse(&text)
+                .with_context(|| format!("{name} is not an ActivMedia 2-D map"))?;
+            map.warnings.iter().for_each(|warning| complain!("{name}: {warning}"));
+            let world = World::new(WorldSpec::of_walls(map.to_segment_world()), seed, TICK)?;
+            return Ok((world, map.home));
+        }
     }
-    let mission = Mission::load(name, &[])?;
+    let mission = if ends_with(&["map", "yaml", "yml"]) {
+        world_of_map(path)?
+    } else {
+        Mission::load(name, &[])?
+    };
     let (world, start) = missions::world_of(&mission, seed)?;
     Ok((world, start))
+}
+
+/// A mission whose world is a map of cells, and nothing else.
+fn world_of_map(path: &Path) -> anyhow::Result<Mission> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let text = format!("[mission]\nname = \"map\"\n[world]\nmap = {}\n", toml::Value::from(&*name));
+    let origin = path.display().to_string();
+    let folder = folder.unwrap_or(Path::new("."));
+    let mission = Mission::parse_in(folder, &origin, &text, &[])?;
+    let warnings = mission.warnings();
+    let notes = warnings.iter().filter_map(|warning| warning.strip_prefix("world.map: "));
+    notes.for_each(|note| complain!("{origin}: {note}"));
+    Ok(mission)
 }
 
 /// What is in the world beside what the map says.

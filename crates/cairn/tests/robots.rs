@@ -105,6 +105,29 @@ fn robots_of_one_world_have_a_port_each() {
     assert_eq!(clients[2].next_sip().heading_units, 0);
 }
 
+/// A ROS map with its picture beside it, and a Moving AI map: the robot stands in the widest place.
+#[test]
+fn a_robot_drives_in_any_map() {
+    let place = Place::new();
+    for (name, bytes) in [
+        ("ward.yaml", &include_bytes!("../../../missions/ward.yaml")[..]),
+        ("ward.png", include_bytes!("../../../missions/ward.png")),
+        ("hall.map", b"type octile\nheight 6\nwidth 9\nmap\n@@@@@@@@@\n@.......@\n@.......@\n@.......@\n@.......@\n@@@@@@@@@\n"),
+    ] {
+        std::fs::write(place.path(name), bytes).unwrap();
+    }
+    for world in ["ward.yaml", "hall.map"] {
+        let server = place.serve(&format!("robot pioneer3dx --world {world} --listen 127.0.0.1:0"));
+        let mut client = Client::new(&server.address);
+        client.open();
+        client.send(&Command::Enable(1));
+        client.send(&Command::Vel(300));
+        let farthest = (0..30).map(|_| client.next_sip().x_mm).max().unwrap();
+        assert!(farthest > 200, "{world}: {farthest} mm");
+    }
+    place.cairn("robot pioneer3dx --world ward.png").refused(2, &["ward.png"]);
+}
+
 #[test]
 fn a_silent_client_is_displaced_and_both_are_told() {
     let place = Place::new();

@@ -143,15 +143,20 @@ pub struct Run {
     trace_on: bool,
 }
 
-/// The world of a mission without its robots, and where its first robot would start: for hosts that
-/// put a robot of their own into it.
+/// The world of a mission without its robots, and where its first robot would start, or without robots the widest
+/// place of its map: for hosts that put a robot of their own into it.
 ///
 /// # Errors
 ///
 /// [`RunError`] when the world cannot be built.
 pub fn world_of(mission: &Mission, seed: RunSeed) -> Result<(World, Option<Se2>), RunError> {
     let (world, _) = build::world(mission, seed)?;
-    Ok((world, mission.parts().robots.first().map(|robot| robot.start)))
+    let parts = mission.parts();
+    let widest = || {
+        let (place, _) = parts.world.map.as_ref()?.widest_place()?;
+        Some(Se2::new(place.x, place.y, 0.0))
+    };
+    Ok((world, parts.robots.first().map(|robot| robot.start).or_else(widest)))
 }
 
 /// Whether a mission can be started with a seed: builds everything that [`Run::new`] does, except that robots

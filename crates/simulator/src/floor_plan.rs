@@ -11,8 +11,9 @@
 
 use geometry::{Aabb, Se2, Segment, Vec2};
 use grid_maps::{
-    Cell, MapError, SolidCells, State, Thresholds, Window,
+    Cell, CellBox, MapError, SolidCells, State, Thresholds, Window,
     files::{MapYaml, Mode, map_server, moving_ai},
+    squared_distances,
 };
 
 use crate::activmedia_map::{self, MapFileError};
@@ -297,6 +298,36 @@ fn lines_and_points(map: &activmedia_map::MapFile, rules: &FloorPlanRules) -> Fl
 }
 
 impl FloorPlan {
+    /// The place (world frame, m) that is farthest from everything solid, and how far that is, m: somewhere to put a
+    /// robot. The middle of a cell; of equally wide ones the lowest, then the leftmost. Where nothing is known beyond
+    /// the picture its border counts as solid. `None` for a map of lines and points. O(cells).
+    pub fn widest_place(&self) -> Option<(Vec2, f64)> {
+        let cells = self.cells.as_ref()?;
+        let (width, height) = (cells.solid.width(), cells.solid.height());
+        // A ring of cells around the picture, so that its border counts.
+        let area = CellBox { min: Cell::new(-1, -1), width: width + 2, height: height + 2 };
+        let mut solid = Window::filled(area, true).ok()?;
+        for row in 0..height as i32 {
+            for (column, value) in (-1..).zip(solid.row_mut(row)) {
+                let inside = (0..width as i32).contains(&column);
+                *value = !inside || cells.solid.is_solid(Cell::new(column, row));
+            }
+        }
+        let distances = squared_distances(&solid, |is_solid| is_solid);
+        let widest = distances.iter().fold(None, |widest: Option<(Cell, u32)>, (cell, squared)| {
+            if widest.is_some_and(|(_, most)| most >= squared) {
+                widest
+            } else {
+                Some((cell, squared))
+            }
+        });
+        let (cell, squared) = widest.filter(|(_, squared)| *squared > 0)?;
+        let middle = Vec2::new(f64::from(cell.column) + 0.5, f64::from(cell.row) + 0.5);
+        let place = cells.picture_from_world.inverse().transform_point(middle * cells.side_m);
+        // From centre to centre, less half a cell of the solid one.
+        Some((place, (f64::from(squared).sqrt() - 0.5) * cells.side_m))
+    }
+
     /// Whether a place (world frame, m) lies in a solid cell; on the border of cells the one with
     /// the larger coordinates decides. `false` everywhere in a map of lines and points.
     pub fn is_solid(&self, place: Vec2) -> bool {

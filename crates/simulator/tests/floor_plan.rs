@@ -150,6 +150,37 @@ fn maps_of_the_other_formats_are_worlds_too() {
     );
 }
 
+proptest! {
+    /// Oracle: every pair of cells, by the corners of the squares' distances.
+    #[test]
+    fn the_widest_place_is_the_one_with_most_room(
+        greys in vec(prop_oneof![1 => Just(0_u8), 6 => Just(254), 1 => Just(205)], 13 * 9),
+        unknown_is_solid: bool,
+    ) {
+        let yaml = MapYaml::new("x", 0.1, Se2::new(0.4, -2.0, 0.0));
+        let Ok(plan) = read(&text(13, &greys, &yaml), &rules(unknown_is_solid, HERE)) else { return Ok(()) };
+        let upwards: Vec<u8> = greys.chunks(13).rev().flatten().copied().collect();
+        let is_solid = |x: i32, y: i32| {
+            !(0..13).contains(&x) || !(0..9).contains(&y) || {
+                let grey = upwards[(y * 13 + x) as usize];
+                grey == 0 || grey == 205 && unknown_is_solid
+            }
+        };
+        let room = |x: i32, y: i32| {
+            let others = (-1..10).flat_map(|j| (-1..14).map(move |i| (i, j)));
+            let far = |(i, j): (i32, i32)| f64::from(i - x).hypot(f64::from(j - y));
+            others.filter(|&(i, j)| is_solid(i, j)).map(far).fold(f64::INFINITY, f64::min)
+        };
+        let cells = (0..9).flat_map(|y| (0..13).map(move |x| (x, y)));
+        let most = cells.map(|(x, y)| room(x, y)).fold(0.0, f64::max);
+        let (place, room_m) = plan.widest_place().unwrap();
+        let cell = (place - Vec2::new(0.4, -2.0)) / 0.1;
+        let (x, y) = (cell.x.floor() as i32, cell.y.floor() as i32);
+        prop_assert!(!is_solid(x, y) && (room(x, y) - most).abs() < 1e-9, "{place} {most}");
+        prop_assert!((cell.x.fract() - 0.5).abs() < 1e-6 && (room_m - 0.1 * (most - 0.5)).abs() < 1e-9);
+    }
+}
+
 #[test]
 fn wrong_maps_are_named_with_what_to_do() {
     let yaml = MapYaml::new("building.pgm", 0.05, HERE);
