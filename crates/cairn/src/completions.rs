@@ -2,7 +2,6 @@
 
 use std::process::ExitCode;
 
-use clap::CommandFactory as _;
 use clap_complete::Shell;
 
 use crate::output::say_raw;
@@ -19,9 +18,10 @@ pub(crate) struct Args {
     shell: Shell,
 }
 
-pub(crate) fn main(args: &Args) -> ExitCode {
+/// `command` is the whole command line.
+pub(crate) fn main(args: &Args, mut command: clap::Command) -> ExitCode {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut crate::Cli::command(), "cairn", &mut script);
+    clap_complete::generate(args.shell, &mut command, "cairn", &mut script);
     say_raw!("{}", String::from_utf8_lossy(&script));
     ExitCode::SUCCESS
 }

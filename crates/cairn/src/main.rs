@@ -89,7 +89,7 @@ fn main() -> ExitCode {
         Some(Command::Config(args)) => config::main(&args),
         Some(Command::Map(args)) => map::main(&args),
         Some(Command::Graph(args)) => graph::main(&args),
-        Some(Command::Completions(args)) => Ok(completions::main(&args)),
+        Some(Command::Completions(args)) => Ok(completions::main(&args, Cli::command())),
     };
     match outcome {
         Ok(code) => code,
@@ -135,7 +135,8 @@ fn meant_by(word: &str) -> Option<String> {
         Some("mcap" | "part") => "replay",
         Some("rdpl" | "src") => "rdpl",
         Some("g2o") => "graph",
-        Some("clf" | "log" | "mat" | "gz" | "csv") => "map",
+        Some("gz") => "map",
+        Some(ending) if is_log(ending) => "map",
         _ => "",
     };
     if !takes.is_empty() {
@@ -160,6 +161,12 @@ fn meant_by(word: &str) -> Option<String> {
     }
     subcommand()
         .or_else(|| settings::did_you_mean(word, shipped).map(|name| format!("cairn run {name}")))
+}
+
+/// Whether files of that ending are robots' logs; missions and programs come first.
+fn is_log(ending: &str) -> bool {
+    let mut endings = recordings::Format::ALL.iter().flat_map(|format| format.endings());
+    endings.any(|known| known.strip_prefix('.') == Some(ending))
 }
 
 /// An error and its causes on one line, without those that the text before already quotes.

@@ -1,6 +1,8 @@
 //! `cairn robot`: simulated robots for anybody's clients.
 
 mod lasers;
+mod memory;
+mod numbers;
 mod places;
 
 use std::{
@@ -23,6 +25,8 @@ use crate::{
     parse,
     serve::{self, Door, Log, Peer},
 };
+use memory::RobotLine;
+use numbers::{numbers, parse_pose};
 
 /// One tick of the simulated world.
 const TICK: Duration = Duration::from_millis(10);
@@ -114,10 +118,10 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let mut robots = Robots::new(args, &model, &names)?;
     let mut doors = doors(args, &model)?;
-    doors.extend(args.laser.doors(args)?);
+    doors.extend(args.laser.doors(args.listen, args.robots.get())?);
     for ((board, line), door) in robots.served.boards().iter().zip(&robots.lines).zip(&doors) {
         if line.is_laser {
-            args.laser.tell(args, robots.name_of(board), &door.name());
+            args.laser.tell(args.format, robots.name_of(board), &door.name());
         } else {
             tell_door(args, &model, robots.name_of(board), board.start(), &door.name());
         }
@@ -188,22 +192,6 @@ struct Robots {
     several: bool,
     /// How long a client may be silent before another may take its place.
     patience: Duration,
-}
-
-/// What is remembered of one robot's line.
-#[derive(Default)]
-struct RobotLine {
-    name: String,
-    /// Whether it is of a laser, and not of what drives.
-    is_laser: bool,
-    /// The robot's way and packets when its last client left.
-    travelled_m: f64,
-    n_packets: u64,
-    battery_was_low: bool,
-    /// Messages told in the present second of virtual time, and not told at all.
-    second: u64,
-    n_told: u32,
-    n_untold: u64,
 }
 
 impl Robots {
@@ -457,22 +445,6 @@ fn fixtures(args: &Args) -> anyhow::Result<Fixtures> {
 
 fn poses(option: &str, texts: &[String]) -> anyhow::Result<Vec<Se2>> {
     texts.iter().map(|text| parse_pose(option, text)).collect()
-}
-
-fn parse_pose(option: &str, text: &str) -> anyhow::Result<Se2> {
-    let allowed = "three numbers, such as -2.6,-3.1,90 (m, m, degrees)";
-    let [x_m, y_m, heading_deg] = numbers(option, text, allowed)?;
-    Ok(Se2::new(x_m, y_m, heading_deg.to_radians()))
-}
-
-/// So many finite numbers with commas between them.
-fn numbers<const N: usize>(option: &str, text: &str, allowed: &str) -> anyhow::Result<[f64; N]> {
-    let parts = text.split(',').map(|n| n.trim().parse::<f64>());
-    let numbers = parts.collect::<Result<Vec<f64>, _>>().unwrap_or_default();
-    match <[f64; N]>::try_from(numbers) {
-        Ok(numbers) if numbers.iter().all(|n| n.is_finite()) => Ok(numbers),
-        _ => bail!("{option} {text}: give {allowed}"),
-    }
 }
 
 #[cfg(test)]

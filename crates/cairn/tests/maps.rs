@@ -212,7 +212,10 @@ fn what_cannot_be_mapped_is_refused_and_leaves_nothing() {
     place.write("s.toml", "[map]\nresolution_m = 5\n");
     map("room.clf --config s.toml").refused(2, &["s.toml:2:16", "from 0.005 to 1"]);
     map("room.clf --ring circle").refused(2, &["listing8"]);
+    map("room.clf --ring five").refused(2, &["CARMEN log", "leave --ring artemic5 out"]);
     map("room.clf truth.tum").refused(2, &["no second file"]);
+    let help = map("--help").fine().out;
+    assert!(recordings::Format::ALL.iter().all(|format| help.contains(format.name())), "{help}");
     map("room.clf --truth room.clf").refused(2, &["room.clf", "line"]);
     map("room.clf --prior absent.yaml").refused(2, &["absent.yaml"]);
     map("room.clf -o empty.clf/folder").refused(2, &["empty.clf/folder"]);

@@ -9,6 +9,7 @@ use crate::{
     complaints::{Action, Complaints, Place, Trouble},
     numbers::decimal_from_nanos,
     order::{Shift, put_in_order},
+    raw::{RawPose, RawRecording, RawScan},
     recording::{Recording, Rig, Scan, StampedPose, interpolate_pose},
 };
 
@@ -18,61 +19,6 @@ const JUMP_SLACK_M: f64 = 0.5;
 const SPEED_FLOOR_MPS: f64 = 1.0;
 /// The first and the last true pose hold so long before and after.
 const TRUTH_REACH_NS: u64 = 100_000_000;
-
-/// A scan as it stands in a file.
-#[derive(Clone, Debug)]
-pub(crate) struct RawScan {
-    pub(crate) place: Place,
-    pub(crate) stamp_ns: i64,
-    pub(crate) odom: Option<Se2>,
-    pub(crate) reference: Option<Se2>,
-    pub(crate) truth: Option<Se2>,
-    pub(crate) ranges_m: Vec<f64>,
-    /// For each reading, or empty.
-    pub(crate) stamps_ns: Vec<i64>,
-    /// Readings of unknown sonars, or empty.
-    pub(crate) extra_m: Vec<f64>,
-}
-
-impl Default for RawScan {
-    fn default() -> Self {
-        Self {
-            place: Place::File,
-            stamp_ns: 0,
-            odom: None,
-            reference: None,
-            truth: None,
-            ranges_m: Vec::new(),
-            stamps_ns: Vec::new(),
-            extra_m: Vec::new(),
-        }
-    }
-}
-
-/// A pose as it stands in a file.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct RawPose {
-    pub(crate) place: Place,
-    pub(crate) stamp_ns: i64,
-    pub(crate) pose: Se2,
-}
-
-/// What was read from a file, in its order.
-#[derive(Clone, Debug)]
-pub(crate) struct RawRecording {
-    pub(crate) rig: Rig,
-    pub(crate) scans: Vec<RawScan>,
-    /// Odometry lines of their own.
-    pub(crate) odometry: Vec<RawPose>,
-    /// True poses with stamps of their own, for scans that carry none.
-    pub(crate) truth: Vec<RawPose>,
-}
-
-impl RawRecording {
-    pub(crate) fn new(rig: Rig, scans: Vec<RawScan>) -> Self {
-        Self { rig, scans, odometry: Vec::new(), truth: Vec::new() }
-    }
-}
 
 /// Puts everything in order; `None` when no scan is left.
 pub(crate) fn assemble(raw: RawRecording, complaints: &mut Complaints) -> Option<Recording> {
@@ -97,17 +43,6 @@ pub(crate) fn assemble(raw: RawRecording, complaints: &mut Complaints) -> Option
     drop_jumps(&scans, &mut odometry, complaints);
     fill_truth(&mut scans, truth, complaints);
     Some(finish(rig, scans, &odometry))
-}
-
-/// The number of readings that most scans have; the first one met, of equally frequent ones.
-pub(crate) fn usual_count(scans: &[RawScan]) -> usize {
-    let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
-    for scan in scans {
-        *counts.entry(scan.ranges_m.len()).or_insert(0) += 1;
-    }
-    let most = counts.values().copied().max().unwrap_or(0);
-    let usual = scans.iter().map(|s| s.ranges_m.len()).find(|n| counts.get(n) == Some(&most));
-    usual.unwrap_or(0)
 }
 
 fn drop_wrong_counts(n: usize, scans: &mut Vec<RawScan>, complaints: &mut Complaints) {

@@ -1,6 +1,7 @@
 //! Order and time: what is shuffled is sorted, what went back goes on.
 
 use super::*;
+use crate::raw::usual_count;
 use crate::{order::longest_ascending, recording::LaserRig};
 use proptest::prelude::*;
 

@@ -25,11 +25,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     Format, ReadOptions, RecordingError,
-    assemble::{RawRecording, RawScan},
     complaints::{Action, Complaints, Place, Trouble},
     integrity::Integrity,
     mcap_records::{self, Messages},
     numbers::{is_measurable, shown},
+    raw::{RawRecording, RawScan},
     recording::{LaserRig, Recording, Rig, RingRig, Scan, exact_pose, is_wrapped},
 };
 
@@ -411,4 +411,4 @@ impl TryFrom<RigFile> for Rig {
 
 #[cfg(test)]
 #[path = "cairn_mcap_tests.rs"]
-mod tests;
+pub(crate) mod tests;

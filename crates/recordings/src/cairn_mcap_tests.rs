@@ -225,3 +225,10 @@ proptest! {
         let _rig = decode_rig(&bytes);
     }
 }
+
+/// A small file, cut, for tests of every format.
+pub(crate) fn sample() -> (Vec<u8>, Option<Vec<u8>>) {
+    let log = crate::carmen::tests::log_of_300();
+    let recording = crate::read("x", log.as_bytes(), &ReadOptions::default()).unwrap().recording;
+    (write(&recording, "r").unwrap()[..2000].to_vec(), None)
+}

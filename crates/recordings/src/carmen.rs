@@ -24,10 +24,10 @@ use geometry::Se2;
 
 use crate::{
     Format, ReadOptions, RecordingError,
-    assemble::{RawPose, RawRecording, RawScan, usual_count},
     complaints::{Action, Complaints, Place, Trouble},
+    contents::{first_words, no_scans},
     numbers::{Fault, Fields, lines, text},
-    read::{first_words, no_scans},
+    raw::{RawPose, RawRecording, RawScan, usual_count},
     recording::{LaserRig, Rig, exact_pose},
 };
 
@@ -55,8 +55,13 @@ const KEYWORDS: [&str; 12] = [
 const SCANS: [&str; 3] = ["FLASER", "ROBOTLASER1", "RAWLASER1"];
 
 /// Whether lines of a log begin so.
-pub(crate) fn is_keyword(word: &str) -> bool {
+fn is_keyword(word: &str) -> bool {
     KEYWORDS.contains(&word)
+}
+
+/// Whether a log begins so.
+pub(crate) fn is_beginning(line: &str) -> bool {
+    line.starts_with("# CARMEN") || line.split_ascii_whitespace().next().is_some_and(is_keyword)
 }
 
 /// Whether a line of a log holds a pose and no scan.
@@ -359,4 +364,4 @@ fn guessed(n_beams: usize, complaints: &mut Complaints) -> (f64, f64) {
 
 #[cfg(test)]
 #[path = "carmen_tests.rs"]
-mod tests;
+pub(crate) mod tests;

@@ -1,6 +1,8 @@
 //! CARMEN logs: the traps of lines, and the real logs.
 #![expect(clippy::float_cmp, reason = "these values are read, not computed")]
 
+use std::fmt::Write as _;
+
 use super::*;
 use crate::{Loaded, RecordingError, read};
 
@@ -288,4 +290,24 @@ fn a_log_without_scans_says_what_it_holds() {
     // Only broken scans: the first complaints are part of the message.
     let error = read("a.log", b"FLASER 4 1\n", &ReadOptions::default()).unwrap_err();
     assert!(error.to_string().contains("line 1"), "{error}");
+}
+
+/// A log of 300 scans with odometry between them.
+pub(crate) fn log_of_300() -> String {
+    let mut text = "# CARMEN Logfile\n".to_owned();
+    for i in 0..300 {
+        let x = f64::from(i) * 0.01;
+        let readings: Vec<String> =
+            (0..5).map(|b| format!("{:.2}", 2.0 + x * f64::from(b))).collect();
+        let t = format!("{}.{:03}", 100 + i / 10, 100 * (i % 10));
+        writeln!(text, "ODOM {x} 0 0 0 0 0 {t} h 0").unwrap();
+        let readings = readings.join(" ");
+        writeln!(text, "FLASER 5 {readings} 0 {x} 0 {x} 0 0 {t} h 0").unwrap();
+    }
+    text
+}
+
+/// A small file, for tests of every format.
+pub(crate) fn sample() -> (Vec<u8>, Option<Vec<u8>>) {
+    (log_of_300().as_bytes()[..1000].to_vec(), None)
 }

@@ -30,12 +30,12 @@ use geometry::Se2;
 
 use crate::{
     Format, ReadOptions, RecordingError, Ring,
-    assemble::{RawPose, RawRecording, RawScan},
     cairn_mcap::{decode_rig, encode_rig},
     carmen::laser_range,
     complaints::{Action, Complaints, Place, Trouble},
+    contents::{first_words, no_scans},
     numbers::{Fault, decimal_from_nanos, is_measurable, lines, nanos_from_decimal, shown, text},
-    read::{first_words, no_scans},
+    raw::{RawPose, RawRecording, RawScan},
     recording::{Recording, Rig, Scan, StampedPose, exact_pose},
 };
 
@@ -363,4 +363,4 @@ fn mend_ranges(scan: &mut RawScan, max_m: f64, complaints: &mut Complaints) -> b
 
 #[cfg(test)]
 #[path = "csv_tests.rs"]
-mod tests;
+pub(crate) mod tests;

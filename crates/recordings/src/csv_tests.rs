@@ -177,3 +177,10 @@ proptest! {
         prop_assert_eq!(found.recording, recording);
     }
 }
+
+/// A small file, for tests of every format.
+pub(crate) fn sample() -> (Vec<u8>, Option<Vec<u8>>) {
+    let (log, _) = crate::carmen::tests::sample();
+    let recording = crate::read("x", &log, &ReadOptions::default()).unwrap().recording;
+    (write(&recording).into_bytes(), None)
+}

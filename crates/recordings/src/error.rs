@@ -14,9 +14,8 @@ pub enum RecordingError {
     },
     /// The content is of no known kind.
     #[error(
-        "{name}: unknown format, the file begins with {beginning}; supported are CARMEN logs, MRPT laser \
-         texts, MAT files of level 5, ARTEMIC's texts, sonar texts with a pose file, cairn's CSV and \
-         cairn's MCAP, each also as gzip"
+        "{name}: unknown format, the file begins with {beginning}; a log is a {}, each also as gzip",
+        Format::listed()
     )]
     UnknownFormat {
         /// The file's name.

@@ -5,18 +5,9 @@
 //! with a list of [`Complaints`]: what was wrong, at which line, and what was done about it. Only a file
 //! of which nothing can be used is an error.
 //!
-//! | format | read | written |
-//! | --- | --- | --- |
-//! | CARMEN log (`.clf`, `.log`) | [`read`], [`Format::Carmen`] | – |
-//! | MRPT laser text | [`read`], [`Format::MrptLaser`] | – |
-//! | MAT file of level 5 | [`read`], [`Format::Mat`]; any matrix: [`mat::MatFile`] | [`sonar_files::write_mat`] |
-//! | ARTEMIC's two texts | [`read`], [`Format::ArtemicText`] | [`sonar_files::write_artemic_text`] |
-//! | sonar text with stamps, and a pose file | [`read`], [`Format::SonarText`] | – |
-//! | CSV | [`read`], [`Format::Csv`] | [`csv::write`] |
-//! | cairn's MCAP | [`read`], [`Format::CairnMcap`] | [`cairn_mcap`] |
-//! | MCAP for viewers | – | [`foxglove`] |
-//! | relations between poses | [`trajectories::read_relations`] | – |
-//! | poses (TUM, `t x y yaw`) | [`trajectories::read_poses`] | [`trajectories::write_tum`] |
+//! What it reads is [`Format::ALL`], a table. Written are MAT files and ARTEMIC's texts ([`sonar_files`]), CSV
+//! ([`csv`]), cairn's MCAP ([`cairn_mcap`]), MCAP for viewers ([`foxglove`]), poses as TUM lines and relations between
+//! poses ([`trajectories`], which also reads both).
 //!
 //! # What happens to bad lines
 //!
@@ -34,8 +25,10 @@ mod assemble;
 pub mod cairn_mcap;
 mod carmen;
 mod complaints;
+mod contents;
 pub mod csv;
 mod error;
+mod format;
 pub mod foxglove;
 mod integrity;
 pub mod mat;
@@ -46,15 +39,18 @@ mod mrpt;
 mod numbers;
 mod options;
 mod order;
+mod raw;
 mod read;
 mod recording;
 mod rings;
 pub mod sonar_files;
 pub mod trajectories;
+mod unpack;
 
 pub use complaints::{Action, Complaint, Complaints, Place, Trouble};
 pub use error::RecordingError;
+pub use format::{Format, Takes};
 pub use options::ReadOptions;
-pub use read::{Format, Loaded, read};
+pub use read::{Loaded, read};
 pub use recording::{LaserRig, Recording, Rig, RingRig, Scan, StampedPose, interpolate_pose};
 pub use rings::Ring;

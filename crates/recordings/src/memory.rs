@@ -3,10 +3,9 @@
 use std::mem::size_of;
 
 use crate::{
-    Format, RecordingError,
-    assemble::{RawPose, RawScan},
-    carmen, mcap_records,
+    RecordingError,
     numbers::lines,
+    raw::{RawPose, RawScan},
     recording::{Recording, Scan, StampedPose},
 };
 
@@ -24,27 +23,19 @@ const POSE_BYTES: usize = 2 * size_of::<RawPose>() + 2 * size_of::<StampedPose>(
 /// Bytes of a reading.
 const READING_BYTES: usize = size_of::<f64>();
 
-/// Bytes that a recording takes at most while it is read, beside its files themselves; from their lines and fields,
-/// without reading a number. MAT files tell only when they are unpacked: see [`scans_bytes`].
-pub(crate) fn needed_bytes(
-    format: Format,
-    content: &[u8],
-    poses: Option<&[u8]>,
-    truth: Option<&[u8]>,
-) -> usize {
-    let scans = match format {
-        Format::Mat => 0,
-        Format::CairnMcap => {
-            mcap_records::messages(content).map(|m| SCAN_BYTES + m.data.len()).sum()
-        }
-        Format::Carmen => text_bytes(content, carmen::is_pose_line),
-        Format::MrptLaser | Format::ArtemicText | Format::SonarText | Format::Csv => {
-            text_bytes(content, |_| false)
-        }
-    };
-    // A second file of poses is read as a table, line by line; true poses are numbers.
-    let of_lines = |bytes: Option<&[u8]>, each| bytes.map_or(0, |b| lines(b).count() * each);
-    scans + of_lines(poses, SCAN_BYTES) + of_lines(truth, POSE_BYTES)
+/// Bytes that messages take of which each may hold a scan.
+pub(crate) fn messages_bytes<'m>(messages: impl Iterator<Item = &'m [u8]>) -> usize {
+    messages.map(|data| SCAN_BYTES + data.len()).sum()
+}
+
+/// Bytes that a second file of poses takes: it is read as a table, line by line.
+pub(crate) fn second_bytes(poses: Option<&[u8]>) -> usize {
+    poses.map_or(0, |bytes| lines(bytes).count() * SCAN_BYTES)
+}
+
+/// Bytes that true poses take: they are numbers.
+pub(crate) fn truth_bytes(truth: Option<&[u8]>) -> usize {
+    truth.map_or(0, |bytes| lines(bytes).count() * POSE_BYTES)
 }
 
 /// Bytes that scans take while they are read.
@@ -52,7 +43,8 @@ pub(crate) const fn scans_bytes(n_scans: usize, n_readings: usize) -> usize {
     n_scans.saturating_mul(SCAN_BYTES.saturating_add(n_readings.saturating_mul(READING_BYTES)))
 }
 
-fn text_bytes(content: &[u8], is_pose: impl Fn(&[u8]) -> bool) -> usize {
+/// Bytes that the lines of a text take, each a scan or a pose, by their fields.
+pub(crate) fn text_bytes(content: &[u8], is_pose: impl Fn(&[u8]) -> bool) -> usize {
     let is_gap = |byte: &u8| byte.is_ascii_whitespace() || *byte == b',';
     let of_line = |line: &[u8]| {
         if is_pose(line) {
@@ -97,46 +89,5 @@ impl Recording {
         self.scans.iter().map(of_scan).sum::<usize>()
             + poses * size_of::<StampedPose>()
             + self.extra_columns_m.iter().map(extra).sum::<usize>()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{ReadOptions, read};
-
-    /// What was read takes no more than was said before, whatever the format; and a limit just below is kept.
-    #[test]
-    fn what_is_read_was_foretold() {
-        let flaser = "FLASER 5 1.5 2.5 3.5 81.91 2.0 0 0 0 0 0 0 1.25 host 1.25\n".repeat(40);
-        let odom = "ODOM 0 0 0 0 0 0 1.25 host 1.25\n".repeat(40);
-        let rig = "# rig: {\"kind\":\"ring\",\"base_from_sensors\":[[0.1,0.0,0.0]],\"half_angle_rad\":0.26,\
-                   \"range_min_m\":0.1,\"range_max_m\":5.0}\nstamp_s,range_0_m\n";
-        let rows = |n: usize| (0..n).map(|i| format!("{i}.5,1.35\n")).collect::<Vec<_>>().concat();
-        let files = [
-            ("a.log", format!("{flaser}{odom}").into_bytes()),
-            ("b.csv", format!("{rig}{}", rows(40)).into_bytes()),
-        ];
-        for (name, bytes) in files {
-            let loaded = read(name, &bytes, &ReadOptions::default()).unwrap();
-            let foretold = needed_bytes(loaded.format, &bytes, None, None);
-            assert!(loaded.recording.memory_bytes() <= foretold, "{name}");
-            let options = |memory_max_bytes| ReadOptions { memory_max_bytes, ..Default::default() };
-            assert!(read(name, &bytes, &options(foretold)).is_ok(), "{name}");
-            let refused = read(name, &bytes, &options(foretold - 1)).unwrap_err();
-            assert!(
-                matches!(refused, RecordingError::TooMuchMemory { needed, .. } if needed == foretold),
-                "{name}: {refused}"
-            );
-        }
-    }
-
-    /// Odometry lines are cheaper than scans, and a file of many numbers dearer than one of few.
-    #[test]
-    fn what_costs_more_is_said_to_cost_more() {
-        let of = |text: &str| needed_bytes(Format::Carmen, text.as_bytes(), None, None);
-        assert!(of("ODOM 0 0 0 0 0 0 1 h 1\n") < of("FLASER 1 1.5 0 0 0 0 0 0 1 h 1\n"));
-        let more = of("FLASER 2 1.5 1.5 0 0 0 0 0 0 1 h 1\n");
-        assert_eq!(more, of("FLASER 1 1.5 0 0 0 0 0 0 1 h 1\n") + READING_BYTES);
     }
 }

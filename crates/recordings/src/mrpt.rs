@@ -14,11 +14,11 @@ use geometry::Se2;
 
 use crate::{
     Format, ReadOptions, RecordingError,
-    assemble::{RawRecording, RawScan, usual_count},
     carmen::{laser_range, spread},
     complaints::{Action, Complaints, Place, Trouble},
+    contents::{first_words, no_scans},
     numbers::{Fault, Fields, lines, text},
-    read::{first_words, no_scans},
+    raw::{RawRecording, RawScan, usual_count},
     recording::{LaserRig, Rig},
 };
 
@@ -31,13 +31,18 @@ const MOUNTED_AHEAD_M: f64 = 0.20;
 const FIELDS_MIN: usize = 21;
 
 /// Whether a line is a scan: an odd number of numbers, the second half of them 0 or 1.
-pub(crate) fn is_scan(line: &str) -> bool {
+fn is_scan(line: &str) -> bool {
     let words: Vec<&str> = line.split_ascii_whitespace().collect();
     let n = words.len() / 2;
     words.len() >= FIELDS_MIN
         && words.len() % 2 == 1
         && words[..=n].iter().all(|w| w.parse::<f64>().is_ok())
         && words[n + 1..].iter().all(|w| matches!(*w, "0" | "1"))
+}
+
+/// Whether such a text begins so: with a remark or a scan.
+pub(crate) fn is_beginning(line: &str) -> bool {
+    line.trim_ascii_start().starts_with('%') || is_scan(line)
 }
 
 pub(crate) fn read(
@@ -115,4 +120,4 @@ fn scan_line(place: Place, line: &str, range_max_m: f64) -> Result<(RawScan, usi
 
 #[cfg(test)]
 #[path = "mrpt_tests.rs"]
-mod tests;
+pub(crate) mod tests;

@@ -106,3 +106,11 @@ fn a_file_of_remarks_says_what_it_holds() {
     let text = error.to_string();
     assert!(text.contains("2 lines") && text.contains("MRPT"), "{text}");
 }
+
+/// A small file and its second one, for tests of every format.
+pub(crate) fn sample() -> (Vec<u8>, Option<Vec<u8>>) {
+    let scan = |i: u32| format!("1.{i} {} {}\n", "2.5 ".repeat(12), "1 ".repeat(12));
+    let text = (0..6).map(scan).collect::<Vec<_>>().concat();
+    let truth = (0..6).map(|i| format!("{i} 0 0 \n")).collect::<Vec<_>>().concat();
+    (text.into_bytes(), Some(truth.into_bytes()))
+}

@@ -5,9 +5,9 @@
 //! least, and of equally good ones the first. Then the stamps are made to ascend.
 
 use crate::{
-    assemble::RawScan,
     complaints::{Action, Complaints, Place, Trouble},
     numbers::decimal_from_nanos,
+    raw::RawScan,
 };
 
 /// How far ahead a stamp that jumps back is followed, in scans, to see whether the clock was set.

@@ -1,53 +1,112 @@
 //! From the bytes of a file to a recording: unpacks, finds out the format, reads.
 
-use std::{borrow::Cow, fmt, io::Read, path::Path};
-
-use flate2::read::MultiGzDecoder;
-
 use crate::{
-    ReadOptions, RecordingError,
-    assemble::{RawRecording, assemble},
+    Format, ReadOptions, RecordingError,
+    assemble::assemble,
     cairn_mcap, carmen,
-    complaints::{Action, Complaints, Place, Trouble},
+    complaints::Complaints,
+    contents::{beginning, no_scans},
     csv, mat, mcap_records, memory, mrpt,
-    numbers::{Fields, lines, shown},
+    numbers::lines,
+    raw::RawRecording,
     recording::Recording,
     sonar_files,
     trajectories::true_poses,
+    unpack::plain,
 };
 
-/// What a file was read as.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Format {
-    /// A log of the CARMEN toolkit.
-    Carmen,
-    /// Laser scans as text, as MRPT's tools write them.
-    MrptLaser,
-    /// A MAT file of level 5 with `saved_readings` and `saved_pose`.
-    Mat,
-    /// ARTEMIC's `saved_readings` and `saved_pose` as two texts.
-    ArtemicText,
-    /// Rows of a stamp and readings in millimetres, and a file of poses.
-    SonarText,
-    /// Cairn's CSV.
-    Csv,
-    /// Cairn's MCAP.
-    CairnMcap,
+/// How a format is recognised, read and paid for: a row for each, in the order in which they are looked for.
+struct Reader {
+    format: Format,
+    /// Whether the first bytes tell.
+    bytes_tell: fn(&[u8]) -> bool,
+    /// Whether a line tells; the first line of which one does decides.
+    line_tells: fn(&str) -> bool,
+    read: Read,
+    /// Bytes of memory that the scans take at most while they are read.
+    cost_bytes: fn(&[u8]) -> usize,
+    /// A small file, and its second one if there is one, for tests of every format.
+    #[cfg(test)]
+    sample: Sample,
 }
 
-impl fmt::Display for Format {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Carmen => "CARMEN log",
-            Self::MrptLaser => "MRPT laser text",
-            Self::Mat => "MAT file",
-            Self::ArtemicText => "ARTEMIC text",
-            Self::SonarText => "sonar text",
-            Self::Csv => "CSV file",
-            Self::CairnMcap => "recording of cairn",
-        })
-    }
+#[cfg(test)]
+type Sample = fn() -> (Vec<u8>, Option<Vec<u8>>);
+
+type Read =
+    fn(&str, &[u8], &ReadOptions<'_>, &mut Complaints) -> Result<RawRecording, RecordingError>;
+
+const NEVER: fn(&[u8]) -> bool = |_| false;
+
+const READERS: &[Reader] = &[
+    Reader {
+        format: Format::CairnMcap,
+        bytes_tell: |bytes| bytes.starts_with(mcap_records::MAGIC),
+        line_tells: |_| false,
+        read: cairn_mcap::read,
+        cost_bytes: |bytes| memory::messages_bytes(mcap_records::messages(bytes).map(|m| m.data)),
+        #[cfg(test)]
+        sample: cairn_mcap::tests::sample,
+    },
+    Reader {
+        format: Format::Mat,
+        bytes_tell: mat::is_mat,
+        line_tells: |_| false,
+        read: sonar_files::read_mat,
+        // It tells only when it is unpacked, see `memory::scans_bytes`.
+        cost_bytes: |_| 0,
+        #[cfg(test)]
+        sample: sonar_files::tests::mat_sample,
+    },
+    Reader {
+        format: Format::Carmen,
+        bytes_tell: NEVER,
+        line_tells: carmen::is_beginning,
+        read: carmen::read,
+        cost_bytes: |bytes| memory::text_bytes(bytes, carmen::is_pose_line),
+        #[cfg(test)]
+        sample: carmen::tests::sample,
+    },
+    Reader {
+        format: Format::Csv,
+        bytes_tell: NEVER,
+        line_tells: csv::is_beginning,
+        read: csv::read,
+        cost_bytes: of_rows,
+        #[cfg(test)]
+        sample: csv::tests::sample,
+    },
+    Reader {
+        format: Format::MrptLaser,
+        bytes_tell: NEVER,
+        line_tells: mrpt::is_beginning,
+        read: mrpt::read,
+        cost_bytes: of_rows,
+        #[cfg(test)]
+        sample: mrpt::tests::sample,
+    },
+    Reader {
+        format: Format::ArtemicText,
+        bytes_tell: NEVER,
+        line_tells: sonar_files::is_artemic_line,
+        read: sonar_files::read_artemic,
+        cost_bytes: of_rows,
+        #[cfg(test)]
+        sample: sonar_files::tests::artemic_sample,
+    },
+    Reader {
+        format: Format::SonarText,
+        bytes_tell: NEVER,
+        line_tells: sonar_files::is_sonar_line,
+        read: sonar_files::read_sonar_text,
+        cost_bytes: of_rows,
+        #[cfg(test)]
+        sample: sonar_files::tests::sonar_sample,
+    },
+];
+
+fn of_rows(content: &[u8]) -> usize {
+    memory::text_bytes(content, |_| false)
 }
 
 /// A recording with what was wrong in its file.
@@ -90,14 +149,15 @@ pub fn read(name: &str, bytes: &[u8], options: &ReadOptions<'_>) -> Result<Loade
     let content = plain(bytes)?;
     let poses = options.poses.map(&mut plain).transpose()?;
     let truth = options.truth.map(&mut plain).transpose()?;
-    let Some(format) = detect(name, &content)? else {
+    let Some(reader) = detect(name, &content)? else {
         let name = name.to_owned();
         return Err(RecordingError::UnknownFormat { name, beginning: beginning(&content) });
     };
-    let needed = memory::needed_bytes(format, &content, poses.as_deref(), truth.as_deref());
+    let format = reader.format;
+    let needed = needed_bytes(reader, &content, poses.as_deref(), truth.as_deref());
     memory::afford(name, needed, options.memory_max_bytes)?;
     let options = ReadOptions { poses: poses.as_deref(), ..options.clone() };
-    let mut raw = read_as(format, name, &content, &options, &mut complaints)?;
+    let mut raw = (reader.read)(name, &content, &options, &mut complaints)?;
     if let Some(truth) = &truth {
         raw.truth = true_poses(truth, &mut complaints);
     }
@@ -108,97 +168,20 @@ pub fn read(name: &str, bytes: &[u8], options: &ReadOptions<'_>) -> Result<Loade
     }
 }
 
-fn read_as(
-    format: Format,
-    name: &str,
+/// Bytes that a recording takes at most while it is read, beside its files themselves; from their lines and fields,
+/// without reading a number.
+fn needed_bytes(
+    reader: &Reader,
     content: &[u8],
-    options: &ReadOptions<'_>,
-    complaints: &mut Complaints,
-) -> Result<RawRecording, RecordingError> {
-    match format {
-        Format::Carmen => carmen::read(name, content, options, complaints),
-        Format::MrptLaser => mrpt::read(name, content, options, complaints),
-        Format::Mat => sonar_files::read_mat(name, content, options, complaints),
-        Format::ArtemicText => sonar_files::read_artemic(name, content, options, complaints),
-        Format::SonarText => sonar_files::read_sonar_text(name, content, options, complaints),
-        Format::Csv => csv::read(name, content, options, complaints),
-        Format::CairnMcap => cairn_mcap::read(name, content, options, complaints),
-    }
+    poses: Option<&[u8]>,
+    truth: Option<&[u8]>,
+) -> usize {
+    (reader.cost_bytes)(content) + memory::second_bytes(poses) + memory::truth_bytes(truth)
 }
 
-/// The error for a file without a usable scan, with the first complaints.
-pub(crate) fn no_scans(
-    name: &str,
-    format: Format,
-    contains: &str,
-    complaints: &Complaints,
-) -> RecordingError {
-    let contains = with_complaints(contains, complaints);
-    RecordingError::NoScans { name: name.to_owned(), format, contains }
-}
-
-/// A text with the first complaints behind it.
-pub(crate) fn with_complaints(contains: &str, complaints: &Complaints) -> String {
-    let first = complaints.kept().iter().take(3);
-    first.fold(contains.to_owned(), |text, complaint| format!("{text}; {complaint}"))
-}
-
-/// Whether the bytes begin like a gzip file.
-pub(crate) fn is_gzip(bytes: &[u8]) -> bool {
-    bytes.starts_with(&[0x1f, 0x8b])
-}
-
-/// The bytes of a file, unpacked if it is gzip.
-fn plain<'a>(
-    name: &str,
-    bytes: &'a [u8],
-    bytes_max: usize,
-    complaints: &mut Complaints,
-) -> Result<Cow<'a, [u8]>, RecordingError> {
-    if is_gzip(bytes) {
-        return Ok(Cow::Owned(unpack(name, bytes, bytes_max, complaints)?));
-    }
-    Ok(Cow::Borrowed(bytes))
-}
-
-/// Unpacks a gzip file as far as it goes.
-pub(crate) fn unpack(
-    name: &str,
-    bytes: &[u8],
-    bytes_max: usize,
-    complaints: &mut Complaints,
-) -> Result<Vec<u8>, RecordingError> {
-    let mut out = Vec::new();
-    let mut decoder = MultiGzDecoder::new(bytes);
-    let mut buffer = vec![0; 1 << 16];
-    loop {
-        match decoder.read(&mut buffer) {
-            Ok(0) => return Ok(out),
-            Ok(n) => {
-                if out.len() + n > bytes_max {
-                    return Err(RecordingError::TooLarge { name: name.to_owned(), bytes_max });
-                }
-                out.extend_from_slice(&buffer[..n]);
-            }
-            Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
-            Err(e) if out.is_empty() => {
-                return Err(RecordingError::Gzip { name: name.to_owned(), problem: e.to_string() });
-            }
-            Err(e) => {
-                let n = out.len();
-                let text = || {
-                    format!("the gzip file is cut or damaged ({e}); the {n} bytes before are used")
-                };
-                complaints.add(Place::Byte(n), Trouble::EndsEarly, Action::Skipped, text);
-                return Ok(out);
-            }
-        }
-    }
-}
-
-fn detect(name: &str, content: &[u8]) -> Result<Option<Format>, RecordingError> {
-    if content.starts_with(mcap_records::MAGIC) {
-        return Ok(Some(Format::CairnMcap));
+fn detect(name: &str, content: &[u8]) -> Result<Option<&'static Reader>, RecordingError> {
+    if let Some(reader) = READERS.iter().find(|reader| (reader.bytes_tell)(content)) {
+        return Ok(Some(reader));
     }
     if content.starts_with(b"\x89HDF") || content.starts_with(b"MATLAB 7.3") {
         let problem = "a MAT file of version 7.3, which is HDF5; save it with `-v7` and try again";
@@ -207,64 +190,14 @@ fn detect(name: &str, content: &[u8]) -> Result<Option<Format>, RecordingError> 
             problem: problem.to_owned(),
         });
     }
-    if mat::is_mat(content) {
-        return Ok(Some(Format::Mat));
-    }
-    let found = detect_text(content);
+    let texts = lines(content).filter_map(|(_, line)| std::str::from_utf8(line).ok());
+    let mut told = texts.filter(|text| !text.trim_ascii().is_empty());
+    let found = told.find_map(|text| READERS.iter().find(|reader| (reader.line_tells)(text)));
+    // A log of CARMEN may begin with lines of any kind.
     let lower = name.to_ascii_lowercase();
-    let stem = Path::new(lower.strip_suffix(".gz").unwrap_or(&lower));
-    let is_log = stem.extension().is_some_and(|e| e == "clf" || e == "log");
-    Ok(found.or(is_log.then_some(Format::Carmen)))
-}
-
-/// By the first line that tells.
-fn detect_text(content: &[u8]) -> Option<Format> {
-    for (_, line) in lines(content) {
-        let Ok(text) = std::str::from_utf8(line) else { continue };
-        let mut words = text.split_ascii_whitespace();
-        let Some(first) = words.next() else { continue };
-        if carmen::is_keyword(first) || text.starts_with("# CARMEN") {
-            return Some(Format::Carmen);
-        }
-        if csv::is_beginning(text) {
-            return Some(Format::Csv);
-        }
-        if first.starts_with('%') || mrpt::is_scan(text) {
-            return Some(Format::MrptLaser);
-        }
-        if sonar_files::is_artemic_line(text) {
-            return Some(Format::ArtemicText);
-        }
-        if sonar_files::is_sonar_line(text) {
-            return Some(Format::SonarText);
-        }
-    }
-    None
-}
-
-/// The first bytes as a person can read them.
-fn beginning(content: &[u8]) -> String {
-    let text = String::from_utf8_lossy(&content[..content.len().min(48)]);
-    format!("{:?}", shown(&text))
-}
-
-/// The words at the beginning of lines, with how often they occur: what a file holds.
-pub(crate) fn first_words(content: &[u8]) -> String {
-    let mut counts = std::collections::BTreeMap::<String, usize>::new();
-    let mut n_lines = 0_usize;
-    for (_, line) in lines(content) {
-        n_lines += 1;
-        let text = String::from_utf8_lossy(line);
-        let word = Fields::new(&text).word("").map(shown).unwrap_or_default();
-        if counts.len() < 1000 || counts.contains_key(&word) {
-            *counts.entry(word).or_insert(0) += 1;
-        }
-    }
-    let mut by_count: Vec<(String, usize)> = counts.into_iter().collect();
-    by_count.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
-    let kinds: Vec<String> =
-        by_count.iter().take(6).map(|(word, n)| format!("{n} × {word:?}")).collect();
-    format!("{n_lines} lines, beginning with {}", kinds.join(", "))
+    let stem = lower.strip_suffix(".gz").unwrap_or(&lower);
+    let is_log = Format::Carmen.endings().iter().any(|ending| stem.ends_with(ending));
+    Ok(found.or_else(|| READERS.iter().find(|r| is_log && r.format == Format::Carmen)))
 }
 
 #[cfg(test)]

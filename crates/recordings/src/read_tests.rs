@@ -1,9 +1,12 @@
 //! Files of any kind: what they are, gzip, and damage of every sort.
 
-use std::{fmt::Write as _, io::Write as _};
+use std::io::Write as _;
 
 use super::*;
-use crate::{Ring, csv, sonar_files};
+use crate::{
+    Ring,
+    complaints::{Action, Place, Trouble},
+};
 use flate2::{Compression, write::GzEncoder};
 use proptest::prelude::*;
 
@@ -13,47 +16,20 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
     encoder.finish().unwrap()
 }
 
-/// A log of 300 scans with odometry between them.
-fn carmen_log() -> String {
-    let mut text = "# CARMEN Logfile\n".to_owned();
-    for i in 0..300 {
-        let x = f64::from(i) * 0.01;
-        let readings: Vec<String> =
-            (0..5).map(|b| format!("{:.2}", 2.0 + x * f64::from(b))).collect();
-        let t = format!("{}.{:03}", 100 + i / 10, 100 * (i % 10));
-        writeln!(text, "ODOM {x} 0 0 0 0 0 {t} h 0").unwrap();
-        let readings = readings.join(" ");
-        writeln!(text, "FLASER 5 {readings} 0 {x} 0 {x} 0 0 {t} h 0").unwrap();
-    }
-    text
-}
-
-fn six(line: impl Fn(u32) -> String) -> String {
-    (0..6).map(line).collect::<Vec<_>>().concat()
-}
-
 /// One small file of each format, with its second file.
 fn files() -> Vec<(Format, Vec<u8>, Option<Vec<u8>>)> {
-    let log = carmen_log().into_bytes();
-    let recording = read("x", &log, &ReadOptions::default()).unwrap().recording;
-    let short = &carmen_log()[..1000];
-    let few = read("x", short.as_bytes(), &ReadOptions::default()).unwrap().recording;
-    let mrpt = six(|i| format!("1.{i} {} {}\n", "2.5 ".repeat(12), "1 ".repeat(12)));
-    let readings = six(|i| format!("{} | 2 | 3 | 4 | 5 \n", 10 + i));
-    let poses = six(|i| format!("{i} 0 0 \n"));
-    let sonar = six(|i| format!("{i}00 {} 2 3 4 5 6 7 5110\n", 10 + i));
-    let stamped = six(|i| format!("{i}00 0 0 {i}\n"));
-    let options = ReadOptions { poses: Some(stamped.as_bytes()), ..ReadOptions::default() };
-    let ring = read("x", sonar.as_bytes(), &options).unwrap().recording;
-    vec![
-        (Format::Carmen, short.as_bytes().to_vec(), None),
-        (Format::MrptLaser, mrpt.into_bytes(), Some(poses.clone().into_bytes())),
-        (Format::ArtemicText, readings.into_bytes(), Some(poses.into_bytes())),
-        (Format::SonarText, sonar.into_bytes(), Some(stamped.into_bytes())),
-        (Format::Mat, sonar_files::write_mat(&ring), None),
-        (Format::Csv, csv::write(&few).into_bytes(), None),
-        (Format::CairnMcap, cairn_mcap::write(&recording, "r").unwrap()[..2000].to_vec(), None),
-    ]
+    let file = |reader: &Reader| {
+        let (bytes, second) = (reader.sample)();
+        (reader.format, bytes, second)
+    };
+    READERS.iter().map(file).collect()
+}
+
+#[test]
+fn every_format_has_a_reader() {
+    let read: Vec<Format> = READERS.iter().map(|reader| reader.format).collect();
+    assert!(Format::ALL.iter().all(|format| read.contains(format)), "{read:?}");
+    assert_eq!(read.len(), Format::ALL.len());
 }
 
 fn read_pair(bytes: &[u8], second: Option<&[u8]>) -> Result<Loaded, RecordingError> {
@@ -146,7 +122,7 @@ proptest! {
 
 #[test]
 fn a_gzip_that_was_cut_gives_what_there_is() {
-    let text = carmen_log();
+    let text = carmen::tests::log_of_300();
     let packed = gzip(text.as_bytes());
     let whole = read("x", &packed, &ReadOptions::default()).unwrap();
     let cut = &packed[..packed.len() / 2];
@@ -174,7 +150,7 @@ fn a_gzip_may_not_grow_without_bounds() {
     let options = ReadOptions { bytes_max: 1_000_000, ..ReadOptions::default() };
     let error = read("bomb.gz", &packed, &options).unwrap_err();
     assert_eq!(error, RecordingError::TooLarge { name: "bomb.gz".into(), bytes_max: 1_000_000 });
-    let text = carmen_log();
+    let text = carmen::tests::log_of_300();
     let options = ReadOptions { bytes_max: text.len(), ..ReadOptions::default() };
     assert!(read("x", &gzip(text.as_bytes()), &options).is_ok(), "exactly at the limit");
 }
@@ -203,18 +179,57 @@ fn options_are_checked() {
             "field_of_view_rad",
         ),
     ] {
-        let error = read("x", carmen_log().as_bytes(), &options).unwrap_err();
+        let error = read("x", carmen::tests::log_of_300().as_bytes(), &options).unwrap_err();
         assert!(error.to_string().contains(name), "{error}");
     }
     let options = ReadOptions { ring: Ring::Listing8, ..ReadOptions::default() };
-    assert!(read("x", carmen_log().as_bytes(), &options).is_ok());
+    assert!(read("x", carmen::tests::log_of_300().as_bytes(), &options).is_ok());
 }
 
 #[test]
 fn complaints_are_bounded() {
-    let text = format!("{}{}", carmen_log(), "FLASER 5 1\n".repeat(10_000));
+    let text = format!("{}{}", carmen::tests::log_of_300(), "FLASER 5 1\n".repeat(10_000));
     let options = ReadOptions { complaints_max: 7, ..ReadOptions::default() };
     let loaded = read("x", text.as_bytes(), &options).unwrap();
     assert_eq!(loaded.complaints.kept().len(), 7);
     assert_eq!(loaded.complaints.count(Trouble::Truncated), 10_000);
+}
+
+fn reader(format: Format) -> &'static Reader {
+    READERS.iter().find(|reader| reader.format == format).unwrap()
+}
+
+/// What was read takes no more than was said before, whatever the format; and a limit just below is kept.
+#[test]
+fn what_is_read_was_foretold() {
+    let flaser = "FLASER 5 1.5 2.5 3.5 81.91 2.0 0 0 0 0 0 0 1.25 host 1.25\n".repeat(40);
+    let odom = "ODOM 0 0 0 0 0 0 1.25 host 1.25\n".repeat(40);
+    let rig = "# rig: {\"kind\":\"ring\",\"base_from_sensors\":[[0.1,0.0,0.0]],\"half_angle_rad\":0.26,\
+               \"range_min_m\":0.1,\"range_max_m\":5.0}\nstamp_s,range_0_m\n";
+    let rows = |n: usize| (0..n).map(|i| format!("{i}.5,1.35\n")).collect::<Vec<_>>().concat();
+    let files = [
+        ("a.log", format!("{flaser}{odom}").into_bytes()),
+        ("b.csv", format!("{rig}{}", rows(40)).into_bytes()),
+    ];
+    for (name, bytes) in files {
+        let loaded = read(name, &bytes, &ReadOptions::default()).unwrap();
+        let foretold = needed_bytes(reader(loaded.format), &bytes, None, None);
+        assert!(loaded.recording.memory_bytes() <= foretold, "{name}");
+        let options = |memory_max_bytes| ReadOptions { memory_max_bytes, ..Default::default() };
+        assert!(read(name, &bytes, &options(foretold)).is_ok(), "{name}");
+        let refused = read(name, &bytes, &options(foretold - 1)).unwrap_err();
+        assert!(
+            matches!(refused, RecordingError::TooMuchMemory { needed, .. } if needed == foretold),
+            "{name}: {refused}"
+        );
+    }
+}
+
+/// Odometry lines are cheaper than scans, and a file of many numbers dearer than one of few.
+#[test]
+fn what_costs_more_is_said_to_cost_more() {
+    let of = |text: &str| needed_bytes(reader(Format::Carmen), text.as_bytes(), None, None);
+    assert!(of("ODOM 0 0 0 0 0 0 1 h 1\n") < of("FLASER 1 1.5 0 0 0 0 0 0 1 h 1\n"));
+    let more = of("FLASER 2 1.5 1.5 0 0 0 0 0 0 1 h 1\n");
+    assert_eq!(more, of("FLASER 1 1.5 0 0 0 0 0 0 1 h 1\n") + size_of::<f64>());
 }

@@ -72,6 +72,10 @@ const EZ0_RANGE_M: (f64, f64) = (0.1524, 6.4516);
 const COURSE_RANGE_M: (f64, f64) = (0.1, 5.11);
 
 impl Ring {
+    /// The rings that have a name to ask for.
+    pub const NAMED: &'static [Self] =
+        &[Self::Artemic5, Self::Listing8, Self::Pioneer16, Self::Course8, Self::File];
+
     /// The ring, or `None` for [`Ring::File`].
     pub fn rig(&self) -> Option<RingRig> {
         match self {
@@ -96,10 +100,19 @@ impl Ring {
         }
     }
 
-    /// The ring of that name; `None` if there is none (`custom` has no name to ask for).
+    /// What missions call it: ARTEMIC's two rings by the number of their sonars.
+    pub fn also(&self) -> Option<&'static str> {
+        match self {
+            Self::Artemic5 => Some("five"),
+            Self::Listing8 => Some("eight"),
+            Self::File | Self::Pioneer16 | Self::Course8 | Self::Custom(_) => None,
+        }
+    }
+
+    /// The ring of either name; `None` if there is none (`custom` has no name to ask for).
     pub fn by_name(name: &str) -> Option<Self> {
-        let rings = [Self::File, Self::Listing8, Self::Artemic5, Self::Pioneer16, Self::Course8];
-        rings.into_iter().find(|ring| ring.name() == name)
+        let is_named = |ring: &&Self| ring.name() == name || ring.also() == Some(name);
+        Self::NAMED.iter().find(is_named).cloned()
     }
 
     /// This ring, or `default` where the file should say and cannot.
@@ -151,9 +164,14 @@ mod tests {
 
     #[test]
     fn rings_are_found_by_their_names() {
-        for ring in [Ring::File, Ring::Listing8, Ring::Artemic5, Ring::Pioneer16, Ring::Course8] {
-            assert_eq!(Ring::by_name(ring.name()), Some(ring));
+        for ring in Ring::NAMED {
+            assert_eq!(Ring::by_name(ring.name()).as_ref(), Some(ring));
+            assert_eq!(
+                ring.also().map(|also| Ring::by_name(also).unwrap()),
+                ring.also().map(|_| ring.clone())
+            );
         }
+        assert_eq!(Ring::by_name("eight"), Some(Ring::Listing8));
         assert_eq!(Ring::by_name("custom"), None);
         assert_eq!(Ring::by_name("Listing8"), None);
         assert_eq!(Ring::File.rig(), None);

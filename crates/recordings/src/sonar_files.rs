@@ -19,12 +19,12 @@ use geometry::Se2;
 
 use crate::{
     Format, ReadOptions, RecordingError, Ring,
-    assemble::{RawRecording, RawScan},
     complaints::{Action, Complaints, Place, Trouble},
+    contents::{first_words, no_scans},
     mat::{self, Class, MatFile, Matrix},
     memory::{afford, scans_bytes},
     numbers::{Fault, Fields, is_measurable, lines, text},
-    read::{first_words, no_scans},
+    raw::{RawRecording, RawScan},
     recording::{Recording, Rig, RingRig, exact_pose},
 };
 
@@ -456,4 +456,4 @@ fn say_uneven(readings: &[Line], poses: &[Line], complaints: &mut Complaints) {
 
 #[cfg(test)]
 #[path = "sonar_files_tests.rs"]
-mod tests;
+pub(crate) mod tests;

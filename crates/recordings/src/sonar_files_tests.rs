@@ -217,3 +217,26 @@ fn rows_of_a_sonar_text_belong_together_by_their_stamp() {
     let yaw = loaded.recording.scans[1].odom_from_base.unwrap().yaw_rad;
     assert!((yaw.to_degrees() + 0.1).abs() < 1e-9, "359.9 degrees are -0.1: {yaw}");
 }
+
+fn six(line: impl Fn(u32) -> String) -> Vec<u8> {
+    (0..6).map(line).collect::<Vec<_>>().concat().into_bytes()
+}
+
+/// A small file and its second one, for tests of every format.
+pub(crate) fn artemic_sample() -> (Vec<u8>, Option<Vec<u8>>) {
+    let readings = six(|i| format!("{} | 2 | 3 | 4 | 5 \n", 10 + i));
+    (readings, Some(six(|i| format!("{i} 0 0 \n"))))
+}
+
+/// The same of sonar texts.
+pub(crate) fn sonar_sample() -> (Vec<u8>, Option<Vec<u8>>) {
+    let readings = six(|i| format!("{i}00 {} 2 3 4 5 6 7 5110\n", 10 + i));
+    (readings, Some(six(|i| format!("{i}00 0 0 {i}\n"))))
+}
+
+/// The same of MAT files, which have no second one.
+pub(crate) fn mat_sample() -> (Vec<u8>, Option<Vec<u8>>) {
+    let (readings, poses) = sonar_sample();
+    let options = ReadOptions { poses: poses.as_deref(), ..ReadOptions::default() };
+    (write_mat(&read("x", &readings, &options).unwrap().recording), None)
+}

@@ -7,11 +7,12 @@ use run_context::Stamp;
 
 use crate::{
     RecordingError,
-    assemble::RawPose,
     complaints::{Action, Complaints, Place, Trouble},
+    contents::{first_words, with_complaints},
     numbers::{Fault, Fields, decimal_from_nanos, lines, text},
-    read::{first_words, is_gzip, unpack, with_complaints},
+    raw::RawPose,
     recording::{StampedPose, exact_pose},
+    unpack::{is_gzip, unpack},
 };
 
 /// Bytes that a compressed file of poses may unpack to.

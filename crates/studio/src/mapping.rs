@@ -23,7 +23,7 @@ use crate::door::Pages;
 
 use self::{
     player::Ask,
-    protocol::{Hello, PROTOCOL, Request, SampleInfo},
+    protocol::{FormatInfo, Hello, PROTOCOL, Request, SampleInfo},
     stage::Stage,
 };
 
@@ -73,6 +73,7 @@ impl Mapping {
             has_mission,
             upload_max_bytes: source::UPLOAD_BYTES_MAX,
             samples: SAMPLES.to_vec(),
+            formats: FormatInfo::all(),
         };
         let stage = Stage::new(&hello);
         let (asks, asked) = mpsc::sync_channel(N_ASKS_MAX);

@@ -6,15 +6,14 @@ use std::{
 };
 
 use anyhow::{Context, bail};
-use geometry::Se2;
 use grid_maps::{
     EvidenceModel,
     files::{MapYaml, map_server, read_pgm, read_png},
 };
-use recordings::{Complaints, Format, Loaded, ReadOptions, Recording, Rig, Ring};
+use recordings::{Complaints, Format, Loaded, ReadOptions, Recording, Rig, Takes};
 use surveys::{Known, SurveyConfig, SurveyPrior};
 
-use super::{Args, Method, Mode};
+use super::args::Args;
 use crate::given;
 
 /// Logs on standard input are read whole; far larger ones than any public log still fit.
@@ -49,14 +48,16 @@ impl Inputs {
             recordings::read(&log.display().to_string(), &bytes, &options)
                 .map_err(|e| crate::input::another(log, &bytes, "robot's log", e))?;
         drop(bytes);
-        let takes_second =
-            matches!(format, Format::ArtemicText | Format::SonarText | Format::MrptLaser);
-        if let (Some(path), false) = (&args.log2, takes_second) {
+        if let (Some(path), None) = (&args.log2, format.second()) {
             bail!("{}: a {format} has no second file; leave {} out", log.display(), path.display());
         }
-        if let (Some(robot), false) = (&args.robot, format == Format::CairnMcap) {
+        if let (Some(robot), false) = (&args.robot, format.understands(Takes::Robot)) {
             let what = "only a recording (MCAP) names its robots";
             bail!("{}: {what}, and a {format} does not: leave --robot {robot} out", log.display());
+        }
+        if let (Some(ring), false) = (&args.ring, format.understands(Takes::Ring)) {
+            let what = format!("a {format} says itself what took its readings");
+            bail!("{}: {what}: leave --ring {} out", log.display(), ring.name());
         }
         let name = file_name(log);
         let mut complaints = vec![(name.clone(), complaints)];
@@ -125,19 +126,8 @@ pub(super) fn config(args: &Args) -> anyhow::Result<(SurveyConfig, Vec<String>)>
         None => ("the settings".to_owned(), String::new()),
     };
     let mut overrides = Vec::new();
-    let method = args.method.map(|method| match method {
-        Method::Laser => "laser",
-        Method::Sonar => "sonar",
-        Method::Odometry => "odometry",
-    });
-    let mode = args.mode.map(|mode| match mode {
-        Mode::Default => "default",
-        Mode::Graph => "graph",
-        Mode::Thesis => "thesis",
-        Mode::Listing => "listing",
-    });
-    overrides.extend(method.map(|word| format!("survey.method={word}")));
-    overrides.extend(mode.map(|word| format!("survey.mode={word}")));
+    overrides.extend(args.method.iter().map(|word| format!("survey.method={word}")));
+    overrides.extend(args.mode.iter().map(|word| format!("survey.mode={word}")));
     overrides.extend(args.overrides.iter().cloned());
     Ok((SurveyConfig::parse(&origin, &text, &overrides)?, overrides))
 }
@@ -238,44 +228,6 @@ pub(super) fn time(seconds: f64) -> String {
     if seconds < 120.0 { format!("{seconds:.1} s") } else { format!("{:.1} min", seconds / 60.0) }
 }
 
-/// A pose on the command line.
-pub(super) fn start(text: &str) -> Result<Se2, String> {
-    let numbers: Vec<f64> = text.split(',').map_while(|part| part.trim().parse().ok()).collect();
-    match numbers[..] {
-        [x_m, y_m, deg] if numbers.iter().all(|v| v.is_finite() && v.abs() <= 1e6) => {
-            Ok(Se2::new(x_m, y_m, deg.to_radians()))
-        }
-        _ => {
-            Err("must be three numbers, x and y in metres and degrees, such as 1.5,-2,90"
-                .to_owned())
-        }
-    }
-}
-
-/// A ring on the command line.
-pub(super) fn ring(text: &str) -> Result<Ring, String> {
-    // Missions call the two rings of ARTEMIC by the number of their sonars.
-    let name = match text {
-        "five" => "artemic5",
-        "eight" => "listing8",
-        other => other,
-    };
-    Ring::by_name(name).ok_or_else(|| {
-        let names = ["listing8", "artemic5", "pioneer16", "course8", "file", "five", "eight"];
-        let meant = settings::did_you_mean(text, names).map(|meant| format!("; did you mean {meant}?"));
-        format!(
-            "must be artemic5 (or five, as missions say), listing8 (or eight), pioneer16, course8 or file{}",
-            meant.unwrap_or_default()
-        )
-    })
-}
-
-/// Seconds between checkpoints.
-pub(super) fn period(text: &str) -> Result<f64, String> {
-    let value = text.parse().ok().filter(|value| (0.0..=86_400.0).contains(value));
-    value.ok_or_else(|| "must be a number of seconds from 0 to 86400".to_owned())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -286,17 +238,5 @@ mod tests {
         assert_eq!(name("/data/freiburg-079.clf.gz"), "freiburg-079-map");
         assert_eq!(name("robot_state"), "robot_state-map");
         assert_eq!(name(".hidden"), "recording-map");
-    }
-
-    #[test]
-    fn poses_on_the_command_line_have_three_numbers() {
-        let pose = start("1.5, -2,90").unwrap();
-        assert_eq!((pose.x_m, pose.y_m), (1.5, -2.0));
-        assert!((pose.yaw_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
-        for wrong in ["", "1,2", "1,2,3,4", "1,x,3", "1,inf,3", "nan,0,0"] {
-            assert!(start(wrong).is_err(), "{wrong}");
-        }
-        assert!(period("-1").is_err() && period("nan").is_err() && period("0").is_ok());
-        assert!(ring("listing9").unwrap_err().contains("listing8"));
     }
 }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use studio::Exhibit;
 use surveys::SurveyConfig;
 
-use super::{Args, inputs::Inputs};
+use super::{args::Args, inputs::Inputs};
 use crate::{interrupt::Interrupt, output::say};
 
 /// Shows how the map of a recording grows, or the page without one, until the program is interrupted.

@@ -10,7 +10,7 @@ use surveys::{
     Setting, Survey, SurveyConfig, SweepOptions, SweepOutcome, SweepPlan, sweep, sweep_report, tune,
 };
 
-use super::{Args, Inputs, clock};
+use super::{args::Args, clock::clock, inputs::Inputs};
 use crate::output::{self, Format, number, say};
 
 /// Rows of the table that are printed.

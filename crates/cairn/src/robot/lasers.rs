@@ -8,7 +8,7 @@ use sensor_models::LaserKind;
 use serde_json::json;
 use virtual_robots::{LaserConfig, ServedWorld, laser_baud, laser_board};
 
-use super::{Args, RobotLine, parse_pose};
+use super::{memory::RobotLine, numbers::parse_pose};
 use crate::{
     output::{Format, say},
     serve::{Door, Log},
@@ -63,16 +63,15 @@ impl LaserArgs {
         Ok(())
     }
 
-    /// A door for each laser, and what is told of it.
-    pub(super) fn doors(&self, args: &Args) -> anyhow::Result<Vec<Door>> {
+    /// A door for the laser of each of `n` robots, of which the first listens there.
+    pub(super) fn doors(&self, listen: SocketAddr, n: u16) -> anyhow::Result<Vec<Door>> {
         let Some(kind) = self.laser else { return Ok(Vec::new()) };
         if let Some(device) = &self.laser_serial {
             return Ok(vec![Door::serial(device, laser_baud(kind))?]);
         }
-        let n = args.robots.get();
-        let mut first = self.laser_listen.unwrap_or(args.listen);
+        let mut first = self.laser_listen.unwrap_or(listen);
         if self.laser_listen.is_none() && first.port() != 0 {
-            let after = args.listen.port().checked_add(n);
+            let after = listen.port().checked_add(n);
             first.set_port(after.context("no port is left for the laser: give --laser-listen")?);
         }
         let door = |number: u16| {
@@ -89,12 +88,12 @@ impl LaserArgs {
     }
 
     /// Tells where a laser is found.
-    pub(super) fn tell(&self, args: &Args, name: &str, door: &str) {
+    pub(super) fn tell(&self, format: Format, name: &str, door: &str) {
         let Some(kind) = self.laser else { return };
         let text = format!("{} of {name}: connect to {door}; Ctrl-C ends it", kind.title());
-        match args.format {
+        match format {
             Format::Text => say!("{text}"),
-            Format::Json => Log::new(args.format).event(
+            Format::Json => Log::new(format).event(
                 name,
                 "listening",
                 &text,

@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 use serde_json::json;
 
 use super::{
-    Peer,
     door::{Client, Door, Gone},
     log::Log,
+    peer::Peer,
 };
 
 /// Bytes taken per tick: as much as a line of 3.3 Mbit/s carries.

@@ -26,6 +26,7 @@
 
 use std::collections::BTreeMap;
 
+use recordings::Format;
 use serde::{Deserialize, Serialize};
 
 /// The version in `hello`.
@@ -87,6 +88,22 @@ pub(crate) struct Hello {
     pub has_mission: bool,
     pub upload_max_bytes: usize,
     pub samples: Vec<SampleInfo>,
+    pub formats: Vec<FormatInfo>,
+}
+
+/// A format of logs that can be opened.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct FormatInfo {
+    pub name: &'static str,
+    /// What comes in a second file.
+    pub second: Option<&'static str>,
+}
+
+impl FormatInfo {
+    pub(super) fn all() -> Vec<Self> {
+        let info = |format: &Format| Self { name: format.name(), second: format.second() };
+        Format::ALL.iter().map(info).collect()
+    }
 }
 
 /// A recording that can be made on the spot.

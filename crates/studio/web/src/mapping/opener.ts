@@ -10,10 +10,16 @@ export interface OpenerEvents {
   say(text: string, tone?: "info" | "bad"): void;
 }
 
+interface FileField {
+  element: HTMLElement;
+  file(): File | null;
+  say(text: string): void;
+}
+
 export class Opener {
   private readonly dialog = h("dialog", { class: "sheet", "aria-labelledby": "open-title" });
-  private readonly log = fileField("log", "Log", "CARMEN log, MRPT text, MAT file, ARTEMIC's text, CSV or Cairn's MCAP, each also as gzip", true);
-  private readonly poses = fileField("poses", "Poses", "only for formats of two files: ARTEMIC's texts, sonar texts", false);
+  private readonly log = fileField("log", "Log", "", true);
+  private readonly poses = fileField("poses", "Poses", "", false);
   private readonly truth = fileField("truth", "True poses", "lines of t x y yaw, to judge the result by", false);
   private readonly go = h("button", { class: "button primary", type: "submit" }, "Read");
   private readonly samples = h("ul", { class: "samples" });
@@ -27,6 +33,10 @@ export class Opener {
     view.append(this.cover, this.drop);
     this.attachDrop();
     for (const event of ["hello", "source", "connection", "state"] as const) store.on(event, () => this.refresh());
+    store.on("hello", ({ formats }) => {
+      this.log.say(`${listed(formats.map(({ name }) => name))}, each also as gzip`);
+      this.poses.say(`only for formats of two files: ${formats.filter(({ second }) => second).map(({ name }) => name).join(", ")}`);
+    });
     store.on("hello", (hello) => this.samples.replaceChildren(...hello.samples.map((sample) => this.sampleItem(sample, () => this.closeDialog()))));
     this.refresh();
   }
@@ -158,11 +168,17 @@ function loading(text: string): HTMLElement {
   return h("div", { class: "loading-text", role: "status" }, h("img", { src: "/assets/favicon.svg", alt: "", width: 56, height: 56 }), h("p", {}, text));
 }
 
-function fileField(name: string, title: string, about: string, required: boolean): { element: HTMLElement; file(): File | null } {
+function fileField(name: string, title: string, about: string, required: boolean): FileField {
   const input = h("input", { type: "file", id: `file-${name}`, name, required, "aria-describedby": `file-${name}-about` });
+  const said = h("p", { id: `file-${name}-about` }, about);
   const element = h("div", { class: "file-field" },
-    h("label", { for: `file-${name}` }, title, required ? null : h("span", { class: "optional" }, " (if there are)")), input, h("p", { id: `file-${name}-about` }, about));
-  return { element, file: () => input.files?.[0] ?? null };
+    h("label", { for: `file-${name}` }, title, required ? null : h("span", { class: "optional" }, " (if there are)")), input, said);
+  return { element, file: () => input.files?.[0] ?? null, say: (text) => setText(said, text) };
+}
+
+/** `a, b or c`. */
+function listed(words: readonly string[]): string {
+  return words.length < 2 ? words.join("") : `${words.slice(0, -1).join(", ")} or ${words.at(-1)}`;
 }
 
 /** Over the map when the program is gone: says so, and when it is tried again. */

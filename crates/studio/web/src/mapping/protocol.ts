@@ -23,6 +23,14 @@ export interface Hello {
   has_mission: boolean;
   upload_max_bytes: number;
   samples: Sample[];
+  formats: FormatInfo[];
+}
+
+/** A format of logs that can be opened. */
+export interface FormatInfo {
+  name: string;
+  /** What comes in a second file. */
+  second: string | null;
 }
 
 export interface RecordingInfo {
