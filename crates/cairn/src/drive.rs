@@ -181,7 +181,7 @@ fn mission(args: &Args) -> anyhow::Result<Mission> {
         "world": { "bounds_m": [-32.0, -32.0, 32.0, 32.0] },
         "robots": [{
             "name": "robot", "model": model.name,
-            "navigator": { "route": "direct", "avoidance": avoidance }, "link": link,
+            "mind": { "how": { "method": "straight" }, "guard": { "method": avoidance } }, "line": link,
         }],
     });
     let text = toml::to_string(&file).context("cannot write the mission of a single robot")?;

@@ -14,7 +14,7 @@ use crate::parse;
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  cairn replay out.mcap\n  cairn replay out.mcap --headless\n  \
-    cairn replay out.mcap --headless --set robots.navigator.speed_mps=0.2\n\n\
+    cairn replay out.mcap --headless --set robots.mind.follow.speed_mps=0.2\n\n\
     Headless, exit code 0 means that every step had the recorded state and the file is whole or ends where its\n\
     program was killed; 1 that a step differed, or that the file is damaged; 2 that nothing can be replayed.\n\
     With --set the run goes on to a verdict of its own, without the order to stand that ended the recorded one: exit code 0 when it is passed, 1 when it is failed."

@@ -31,7 +31,7 @@ const STEPS_PER_LOOK: u64 = 500;
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  cairn run doorbell\n  cairn run doorbell --headless --seed 7 --format json\n  \
-    cairn run my-flat.toml --headless --record out.mcap\n  cairn run doorbell --headless --set robots.navigator.speed_mps=0.2 --verbose\n  \
+    cairn run my-flat.toml --headless --record out.mcap\n  cairn run doorbell --headless --set robots.mind.follow.speed_mps=0.2 --verbose\n  \
     cairn missions doorbell | cairn run - --headless --quiet\n\n\
     With a robot behind TCP or a serial line even a headless run takes real time.\n\
     A headless run ends with exit code 0 when the verdict is passed, 1 when it is failed, 2 on an error, and\n\

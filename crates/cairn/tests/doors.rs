@@ -96,7 +96,7 @@ fn a_mission_drives_a_robot_in_another_process() {
     let place = Place::new();
     place.write("drive.toml", &short_drive(0.3));
     let server = place.serve("robot pioneer3dx --world drive.toml --listen 127.0.0.1:0");
-    let link = format!("--set robots.link.kind=tcp --set robots.link.address={}", server.address);
+    let link = format!("--set robots.line.kind=tcp --set robots.line.address={}", server.address);
     let short = "--set mission.duration_max_s=7";
     let run = place.cairn(&format!("run drive.toml --headless --format json {short} {link}"));
     // The true pose is the other process's; that the robot reports its arrival is what is seen here.

@@ -125,8 +125,8 @@ fn a_studio_that_is_interrupted_twice_waits_for_no_robot() {
     let place = Place::new();
     let robot = place.serve("robot pioneer3dx --world one-obstacle --listen 127.0.0.1:0");
     let mut command = place.command();
-    command.args(["run", "one-obstacle", "--port", "0", "--set", "robots.link.kind=tcp"]);
-    command.args(["--set", &format!("robots.link.address={}", robot.address)]);
+    command.args(["run", "one-obstacle", "--port", "0", "--set", "robots.line.kind=tcp"]);
+    command.args(["--set", &format!("robots.line.address={}", robot.address)]);
     let mut process = command.stdout(Stdio::null()).spawn().unwrap();
     pause(2500);
     drop(robot);

@@ -32,10 +32,10 @@ fn a_slip_in_a_name_gets_a_suggestion() {
     place.cairn("run dorbell --headless").refused(2, &["`dorbell`", "did you mean `doorbell`?"]);
     place.cairn("missions swarn").refused(2, &["`swarn`", "did you mean `swarm`?"]);
     let run = |set: &str| place.cairn(&format!("run doorbell --headless --set {set}"));
-    run("robots.navigator.sped_mps=0.2").refused(2, &["did you mean `speed_mps`?"]);
-    run("robots.navigator.route=trial").refused(2, &["did you mean `trail`?"]);
+    run("robots.mind.follow.sped_mps=0.2").refused(2, &["did you mean `speed_mps`?"]);
+    run("robots.mind.how.method=trial").refused(2, &["did you mean `trail`?"]);
     run("seed=3").refused(2, &["--set seed=3", "did you mean `mission.seed`?"]);
-    run("robots.speed=3").refused(2, &["did you mean `robots.navigator.speed_mps`?"]);
+    run("robots.speed=3").refused(2, &["did you mean `robots.mind.follow.speed_mps`?"]);
     run("colour.x=3").refused(2, &["unknown field `colour`", "expected one of"]);
     place.write("a.rdpl", "AND O0,I0,1L,1L,1L\n");
     place
@@ -156,7 +156,7 @@ fn a_mission_is_checked_without_being_run() {
 fn a_mission_that_asks_for_nothing_or_too_late_is_warned_about() {
     let place = Place::new();
     let text = "[mission]\nname = \"own\"\nduration_max_s = 2.0\n[[robots]]\nname = \"r\"\n\
-        navigator.route = \"direct\"\n[[events]]\nat_s = 5.0\ndo = \"goal\"\nrobot = \"r\"\npose = [1.0, 0.0, 0.0]\n\
+        mind.how.method = \"straight\"\n[[events]]\nat_s = 5.0\ndo = \"goal\"\nrobot = \"r\"\npose = [1.0, 0.0, 0.0]\n\
         [[events]]\nat_s = 1.0\ndo = \"place_box\"\nthing = \"parcel\"\nat_m = [3.0, 0.0]\n\
         [[events]]\nat_s = 1.5\ndo = \"remove\"\nthing = \"parcle\"\n";
     place.write("own.toml", text);
@@ -188,7 +188,7 @@ fn a_run_says_why_it_failed_and_which_robot() {
     // A wall stands between start and goal, and closes the room.
     let text = "[mission]\nname = \"walled\"\nduration_max_s = 60.0\n[[world.walls]]\n\
         line_m = [[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]]\nclosed = true\n[[robots]]\nname = \"hetty\"\n\
-        navigator.route = \"direct\"\n[[events]]\nat_s = 0.5\ndo = \"goal\"\nrobot = \"hetty\"\npose = [3.0, 0.0, 0.0]\n\
+        mind.how.method = \"straight\"\n[[events]]\nat_s = 0.5\ndo = \"goal\"\nrobot = \"hetty\"\npose = [3.0, 0.0, 0.0]\n\
         [[success.arrived]]\nrobot = \"hetty\"\npose = [3.0, 0.0, 0.0]\n";
     place.write("walled.toml", text);
     let run = place.cairn("run walled.toml --headless --verbose");

@@ -48,9 +48,9 @@ fn what_cannot_be_run_is_refused_with_2() {
     let run = |rest: &str| place.cairn(&format!("run {rest}"));
     run("nosuch --headless").refused(2, &["nosuch", "doorbell", "no such file"]);
     run("doorbell --headless --set nonsense").refused(2, &["nonsense", "table.key=value"]);
-    run("doorbell --headless --set robots.navigator.speed_mps=9")
+    run("doorbell --headless --set robots.mind.follow.speed_mps=9")
         .refused(2, &["speed_mps = 9", "from 0.05 to 1 m/s"]);
-    run("doorbell --headless --set robots.navigator.sped_mps=0.2")
+    run("doorbell --headless --set robots.mind.follow.sped_mps=0.2")
         .refused(2, &["sped_mps", "speed_mps"]);
     run("doorbell --headless --seed x").refused(2, &["'x'", "whole number from 0"]);
     run("doorbell --speed 500").refused(2, &["500", "0.1 to 20"]);
@@ -71,7 +71,7 @@ fn set_changes_the_run() {
         let run = place.cairn(&format!("run drive.toml --headless --format json {rest}"));
         run.fine().json()["figures"]["drive_time_s"].as_f64().unwrap()
     };
-    assert!(time_s("--set robots.navigator.speed_mps=0.15") > 1.3 * time_s(""));
+    assert!(time_s("--set robots.mind.follow.speed_mps=0.15") > 1.3 * time_s(""));
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn what_would_have_happened_ends_with_a_verdict() {
     let place = Place::new();
     place.write("drive.toml", &short_drive(0.3));
     place.cairn("run drive.toml --headless --record out.mcap").fine();
-    let changed = "replay out.mcap --headless --set robots.navigator.speed_mps=0.15";
+    let changed = "replay out.mcap --headless --set robots.mind.follow.speed_mps=0.15";
     let text = place.cairn(changed).fine().out;
     assert!(text.contains("another one from step") && text.contains("passed"), "{text}");
     let object = place.cairn(&format!("{changed} --format json")).fine().json();

@@ -52,15 +52,15 @@ impl Avoider {
     }
 
     fn overrides(self) -> Vec<String> {
-        let thesis = ["avoidance=rebound", "rebound=detour", "wait_s=0"];
+        let thesis = ["guard.method=rebound", "guard.aims_again=detour", "guard.wait_s=0"];
         let mut settings: Vec<String> = match self {
             Self::Thesis | Self::ThesisQuick => thesis.map(str::to_owned).to_vec(),
             Self::Checked => Vec::new(),
         };
         if self == Self::ThesisQuick {
-            settings.push(format!("acceleration_mps2={QUICK_MPS2}"));
+            settings.push(format!("follow.acceleration_mps2={QUICK_MPS2}"));
         }
-        settings.iter().map(|setting| format!("robots.navigator.{setting}")).collect()
+        settings.iter().map(|setting| format!("robots.mind.{setting}")).collect()
     }
 }
 
@@ -136,7 +136,7 @@ fn settings(speeds_mps: &[f64]) -> Vec<Setting> {
 fn mission(setting: Setting, rng: &mut RandomStream) -> Result<Mission, MissionError> {
     let Setting { speed_mps, avoider, hindrance } = setting;
     let mut overrides = avoider.overrides();
-    overrides.push(format!("robots.navigator.speed_mps={speed_mps}"));
+    overrides.push(format!("robots.mind.follow.speed_mps={speed_mps}"));
     // 7 m, waiting and detours included, at a quarter of the speed at worst.
     overrides.push(format!("mission.duration_max_s={}", 60.0 + 28.0 / speed_mps));
     let text = match hindrance {

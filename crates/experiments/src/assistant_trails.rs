@@ -67,14 +67,14 @@ impl Setting {
         let controller = if five_sets { "fuzzy_fine" } else { "fuzzy" };
         vec![
             // The thesis's robot drives off at once; its law turns it.
-            "robots.navigator.turn_first=false".to_owned(),
+            "robots.mind.follow.turn_first=false".to_owned(),
             // And its antennas alone lead it: no scout helps when they smell nothing.
-            "robots.navigator.preview_m=0".to_owned(),
-            format!("robots.navigator.fit_to_speed={fit_to_speed}"),
-            format!("robots.navigator.acceleration_mps2={acceleration_mps2}"),
-            format!("robots.navigator.speed_mps={speed_mps}"),
-            format!("robots.navigator.control_period_ms={period_ms}"),
-            format!("robots.navigator.trail_controller={controller}"),
+            "robots.mind.how.preview_m=0".to_owned(),
+            format!("robots.mind.follow.fit_to_speed={fit_to_speed}"),
+            format!("robots.mind.follow.acceleration_mps2={acceleration_mps2}"),
+            format!("robots.mind.follow.speed_mps={speed_mps}"),
+            format!("robots.mind.control_period_ms={period_ms}"),
+            format!("robots.mind.follow.trail_law={controller}"),
             format!("pheromones.sigma_m={sigma_m}"),
         ]
     }
@@ -195,10 +195,10 @@ fn corner_mission(sigma_m: f64, rng: &mut RandomStream) -> Result<Mission, Missi
     let overrides = [
         format!("pheromones.sigma_m={sigma_m}"),
         format!("robots.start=[{start_x_m}, 0.0, 0.0]"),
-        "robots.navigator.avoidance=off".to_owned(),
-        "robots.navigator.turn_first=false".to_owned(),
-        "robots.navigator.preview_m=0".to_owned(),
-        "robots.navigator.fit_to_speed=false".to_owned(),
+        "robots.mind.guard.method=off".to_owned(),
+        "robots.mind.follow.turn_first=false".to_owned(),
+        "robots.mind.how.preview_m=0".to_owned(),
+        "robots.mind.follow.fit_to_speed=false".to_owned(),
     ];
     Mission::load("trail-corner", &overrides)
 }
@@ -207,8 +207,8 @@ fn free_mission(rng: &mut RandomStream) -> Result<Mission, MissionError> {
     let (x_m, yaw_deg) = (uniform(rng, 0.0, 0.2), uniform(rng, -30.0, 60.0));
     let overrides = [
         format!("robots.start=[{x_m}, -1.0, {yaw_deg}]"),
-        "robots.navigator.preview_m=0".to_owned(),
-        "robots.navigator.fit_to_speed=false".to_owned(),
+        "robots.mind.how.preview_m=0".to_owned(),
+        "robots.mind.follow.fit_to_speed=false".to_owned(),
     ];
     Mission::parse("free-trail.toml", FREE_TRAIL, &overrides)
 }

@@ -103,7 +103,7 @@ mod tests {
         let make: MakeMission<'_> = &|setting, rng| {
             let speed_mps = 0.2 + 0.1 * setting as f64;
             let overrides = [
-                format!("robots.navigator.speed_mps={speed_mps}"),
+                format!("robots.mind.follow.speed_mps={speed_mps}"),
                 format!("robots.start=[{}, 0.0, 20.0]", uniform(rng, 0.0, 0.2)),
                 "mission.duration_max_s=10".to_owned(),
             ];

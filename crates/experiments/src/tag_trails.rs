@@ -47,10 +47,10 @@ impl Guide {
 
     fn overrides(self) -> &'static [&'static str] {
         match self {
-            Self::Server => &["robots.navigator.route=trail"],
-            Self::Gradient => &["robots.navigator.route=tags"],
+            Self::Server => &["robots.mind.how.method=trail"],
+            Self::Gradient => &["robots.mind.how.method=tags"],
             Self::LookAhead => {
-                &["robots.navigator.route=tags", "robots.navigator.tags.controller=look_ahead"]
+                &["robots.mind.how.method=tags", "robots.mind.follow.tags.law=look_ahead"]
             }
         }
     }
@@ -116,7 +116,7 @@ fn mission(setting: Setting, rng: &mut RandomStream) -> Result<Mission, MissionE
         overrides.push(format!("robots.odometry.right_diameter_ratio={}", 1.0 - error));
     }
     let cut = format!(
-        "[[events]]\nat_s = {silent_at_s:.2}\ndo = \"cut_link\"\nrobot = \"robot\"\nline = \"pheromones\"\n"
+        "[[events]]\nat_s = {silent_at_s:.2}\ndo = \"cut_line\"\nrobot = \"robot\"\nline = \"pheromones\"\n"
     );
     let text = if silent { format!("{MISSION}\n{cut}") } else { MISSION.to_owned() };
     Mission::parse("tag-trails.toml", &text, &overrides)
@@ -217,7 +217,7 @@ fn ways(results: &[Runs<'_>]) -> Result<Section, ExperimentError> {
         of_trouble.filter_map(first).collect()
     };
     let trail =
-        Mission::parse("tag-trails.toml", MISSION, &["robots.navigator.route=tags".to_owned()])
+        Mission::parse("tag-trails.toml", MISSION, &["robots.mind.how.method=tags".to_owned()])
             .ok()
             .and_then(|mission| mission.file().tags.clone())
             .and_then(|tags| tags.trails_m.into_iter().next())

@@ -14,17 +14,8 @@ pub(crate) enum Asked {
 }
 
 impl Asked {
-    /// All of them, in the order of their words in a mission.
+    /// All of them.
     pub(crate) const ALL: [Self; 3] = [Self::Link, Self::Sonar, Self::Restart];
-
-    /// What a mission calls it.
-    pub(crate) const fn name(self) -> &'static str {
-        match self {
-            Self::Link => "test_link",
-            Self::Sonar => "report_sonar",
-            Self::Restart => "restart",
-        }
-    }
 
     /// What is done, for the log.
     pub(crate) const fn done(self) -> &'static str {

@@ -16,6 +16,12 @@ pub enum Line {
     Ground,
 }
 
+settings::choices!(Line {
+    Robot = "robot": "to its body: commands out, what it senses in",
+    Pheromones = "pheromones": "to the pheromone server: questions out, answers in",
+    Ground = "ground": "to the decision node or a ground station: reports out, orders in",
+});
+
 /// Which way bytes cannot pass any more.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -29,24 +35,16 @@ pub enum Direction {
 }
 
 impl Line {
-    /// All lines, in the order of the links' numbers.
-    pub const ALL: [Self; 3] = [Self::Robot, Self::Pheromones, Self::Ground];
-
-    /// The word for it in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Robot => "robot",
-            Self::Pheromones => "pheromones",
-            Self::Ground => "ground",
-        }
-    }
-
-    /// The words for its directions in files: both, away from the navigation node, back to it.
-    pub fn direction_names(self) -> [&'static str; 3] {
-        match self {
-            Self::Robot => ["both", "to_robot", "from_robot"],
-            Self::Pheromones => ["both", "to_server", "from_server"],
-            Self::Ground => ["both", "to_ground", "from_ground"],
+    /// The word for a direction of it in files.
+    pub fn direction_name(self, direction: Direction) -> &'static str {
+        match (self, direction) {
+            (_, Direction::Both) => "both",
+            (Self::Robot, Direction::Away) => "to_robot",
+            (Self::Robot, Direction::Back) => "from_robot",
+            (Self::Pheromones, Direction::Away) => "to_server",
+            (Self::Pheromones, Direction::Back) => "from_server",
+            (Self::Ground, Direction::Away) => "to_ground",
+            (Self::Ground, Direction::Back) => "from_ground",
         }
     }
 
@@ -67,7 +65,7 @@ impl Line {
 }
 
 impl Direction {
-    /// In the order of [`Line::direction_names`].
+    /// All of them.
     pub const ALL: [Self; 3] = [Self::Both, Self::Away, Self::Back];
 
     /// Whether bytes away from the navigation node are meant, and bytes back to it.

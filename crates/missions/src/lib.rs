@@ -39,7 +39,9 @@ mod view;
 
 pub use cut::{Direction, Line};
 pub use intervention::{Intervention, InterventionError, RecordedIntervention};
-pub use mission::{ExpectedVerdict, Mission, MissionError, SettingError, ShippedInfo, file};
+pub use mission::{
+    ExpectedVerdict, Mission, MissionError, SettingError, ShippedInfo, WordList, file,
+};
 pub use outline::{Mark, Outline};
 pub use record::{RecordError, Recorder};
 pub use replay::{Divergence, Replay, ReplayError, ReplayReport, Seek};

@@ -8,8 +8,11 @@ mod check;
 mod error;
 pub mod file;
 mod inline;
+mod moved;
 pub(crate) mod plan;
 mod shipped;
+mod template;
+mod words;
 
 use std::{
     cell::RefCell,
@@ -28,9 +31,7 @@ use plan::{
     DecisionPlan, DevicePlan, EventPlan, LinkPlan, PheromonePlan, Requirement, RobotPlan, TagsPlan,
     WorldPlan,
 };
-
-/// Every key with its default and what it means, as a mission file.
-const TEMPLATE: &str = include_str!("mission/template.toml");
+pub use template::WordList;
 
 /// A mission that was checked: it can be run.
 ///
@@ -39,7 +40,7 @@ const TEMPLATE: &str = include_str!("mission/template.toml");
 ///
 /// let mission = Mission::load("doorbell", &[])?;
 /// assert_eq!(mission.name(), "doorbell");
-/// let slower = Mission::load("doorbell", &["robots.navigator.speed_mps=0.2".to_owned()])?;
+/// let slower = Mission::load("doorbell", &["robots.mind.follow.speed_mps=0.2".to_owned()])?;
 /// assert!(slower.to_toml().contains("speed_mps = 0.2"));
 /// # Ok::<(), missions::MissionError>(())
 /// ```
@@ -207,7 +208,12 @@ impl Mission {
 
     /// A mission file with every key, its default and a sentence on it.
     pub fn template() -> &'static str {
-        TEMPLATE
+        template::template()
+    }
+
+    /// The words of every key that chooses among a few, each with what it is.
+    pub fn word_lists() -> Vec<WordList> {
+        template::word_lists()
     }
 
     /// The files that it was read from: its own, unless it was given as text, and those that it names; none for a shipped mission. What is
@@ -322,6 +328,11 @@ impl Mission {
                 _ => settings::told(&e, text),
             },
         };
+        let mut moved = moved::in_text(origin, text);
+        moved.extend(moved::in_overrides(overrides));
+        if !moved.is_empty() {
+            return Err(MissionError::Moved { lines: moved });
+        }
         let mut file: MissionFile = toml::from_str(text).map_err(syntax)?;
         if !overrides.is_empty() {
             let mut table: toml::Table = toml::from_str(text).map_err(syntax)?;
@@ -361,7 +372,7 @@ fn unknown_override(message: &str, overrides: &[String]) -> String {
         let key = given.split_once('=')?.0.trim();
         let n_parts = 1 + key.split('.').position(is_word)?;
         let written: Vec<&str> = key.split('.').take(n_parts).collect();
-        settings::meant_key(&written.join("."), TEMPLATE)
+        settings::meant_key(&written.join("."), template::template())
     });
     match meant {
         Some(meant) => format!("unknown field `{word}`: did you mean `{meant}`?"),

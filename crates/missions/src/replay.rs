@@ -31,13 +31,29 @@ pub enum ReplayError {
         /// What is wrong.
         problem: String,
     },
+    /// The recording is of an older version, whose missions have other words.
+    #[error(
+        "{}: was recorded by an older version (Cairn {version}), in whose missions {n_words} keys or words have other \
+         names: {first}; replay it with that version, or run its mission anew with the new names",
+        path.display()
+    )]
+    OlderWords {
+        /// The file.
+        path: PathBuf,
+        /// The version that wrote it.
+        version: String,
+        /// How many keys and words were called otherwise.
+        n_words: usize,
+        /// The first of them and its new name.
+        first: String,
+    },
     /// The recorded mission cannot be loaded.
     #[error("the recorded mission cannot be loaded: {0}")]
     Mission(#[from] MissionError),
     /// The recording is of a robot elsewhere, which a replay would move.
     #[error(
         "the recording is of a robot elsewhere, which a replay would move again; --set \
-         robots.link.kind=memory replays it in simulation"
+         robots.line.kind=memory replays it in simulation"
     )]
     RealRobot,
     /// The recorded mission cannot be started.
@@ -191,6 +207,15 @@ impl Replay {
             // A mission that was loaded when it was recorded is unreadable because its text is not what it was.
             Err(e) if overrides.is_empty() && !contents.damage.is_empty() => {
                 return Err(wrong(format!("its mission cannot be loaded ({e})")));
+            }
+            // What is set now is refused as it is for any mission.
+            Err(MissionError::Moved { lines }) if lines.iter().all(|l| !l.starts_with("--set")) => {
+                return Err(ReplayError::OlderWords {
+                    path: path.to_owned(),
+                    version: head.cairn.clone(),
+                    n_words: lines.len(),
+                    first: lines.first().cloned().unwrap_or_default(),
+                });
             }
             mission => mission?,
         };

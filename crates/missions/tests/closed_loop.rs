@@ -74,7 +74,7 @@ fn the_corner_is_cut_but_not_lost() {
 fn a_given_path_is_followed_by_every_law() {
     check("path-slalom");
     for law in PathController::ALL.iter().map(|law| law.key()) {
-        let override_ = format!("robots.navigator.path_controller={law}");
+        let override_ = format!("robots.mind.follow.path_law={law}");
         let mission = Mission::load("path-slalom", &[override_]).unwrap();
         let seed = mission.seed();
         let mut run = Run::new(mission, seed).unwrap();
@@ -145,7 +145,7 @@ fn buildings_of_which_there_is_a_map_are_worlds() {
 #[test]
 fn without_its_navigator_the_mission_fails() {
     // The judge must be able to say no: a robot that is too slow to arrive in time.
-    let slow = ["robots.navigator.speed_mps=0.06", "mission.duration_max_s=60"];
+    let slow = ["robots.mind.follow.speed_mps=0.06", "mission.duration_max_s=60"];
     let verdict = run("doorbell", 1, &slow).verdict.unwrap();
     assert!(!verdict.passed);
     let failed: Vec<&str> =
@@ -164,8 +164,8 @@ fn text_of(mission: &str) -> String {
 fn a_waiting_goal_waits_for_its_own_robot_only() {
     let robot = |name: &str, y: f64| {
         format!(
-            "[[robots]]\nname = \"{name}\"\nstart = [0.0, {y}, 0.0]\nlink.kind = \"direct\"\n\
-             navigator.route = \"direct\"\n"
+            "[[robots]]\nname = \"{name}\"\nstart = [0.0, {y}, 0.0]\nline.kind = \"direct\"\n\
+             mind.how.method = \"straight\"\n"
         )
     };
     let goal = |name: &str, x: f64, y: f64, after: bool| {
@@ -189,7 +189,7 @@ fn a_waiting_goal_waits_for_its_own_robot_only() {
 fn the_clearance_sees_people_who_walk_very_slowly() {
     let text = "[mission]\nname = \"slow\"\nduration_max_s = 20.0\n\
         [[world.people]]\nname = \"slow\"\nroute_m = [[2.0, 0.0], [-2.0, 0.0]]\nspeed_mps = 0.06\n\
-        [[robots]]\nlink.kind = \"direct\"\nnavigator.route = \"direct\"\n\
+        [[robots]]\nline.kind = \"direct\"\nmind.how.method = \"straight\"\n\
         [success]\nclearance_min_m = 1.2\n";
     let text = text_of(text);
     assert!(text.starts_with("clearance: nearest surface 0."), "{text}");

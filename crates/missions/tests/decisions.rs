@@ -107,8 +107,8 @@ fn a_pulse_serves_in_any_order_of_functions_and_a_level_where_move_stands_first(
 #[test]
 fn answers_over_a_slow_and_lossy_link_are_late_and_never_wrong() {
     for seed in 0..6_u32 {
-        let slow = "decision.link.latency_ms=400";
-        let lossy = format!("decision.link.loss_prob={}", 0.004 * f64::from(seed));
+        let slow = "decision.line.latency_ms=400";
+        let lossy = format!("decision.line.loss_prob={}", 0.004 * f64::from(seed));
         let mission = Mission::load("errands", &[slow.to_owned(), lossy]).unwrap();
         let mut slow = Run::new(mission, run_context::RunSeed(seed.into())).unwrap();
         let seen = statuses(&mut slow);
@@ -120,7 +120,7 @@ fn answers_over_a_slow_and_lossy_link_are_late_and_never_wrong() {
 
 #[test]
 fn a_robot_that_cannot_be_reached_has_failed_after_the_time_that_the_mission_gives() {
-    let mut cut = errands(&["decision.link.loss_prob=1.0", "decision.answer_within_s=2.0"]);
+    let mut cut = errands(&["decision.line.loss_prob=1.0", "decision.answer_within_s=2.0"]);
     let mut seen = Vec::new();
     while cut.now().as_secs_f64() < 12.0 {
         cut.step();
@@ -357,11 +357,11 @@ fn asked(events: &str, link: &str) -> Vec<String> {
 fn what_the_ground_asks_is_answered_or_the_silence_is_told() {
     let cut = |direction: &str| {
         format!(
-            "[[events]]\nat_s = 0.1\ndo = \"cut_link\"\nrobot = \"assistant\"\nline = \"ground\"\n\
+            "[[events]]\nat_s = 0.1\ndo = \"cut_line\"\nrobot = \"assistant\"\nline = \"ground\"\n\
              direction = \"{direction}\"\n"
         )
     };
-    for link in ["decision.link.kind=memory", "decision.link.kind=direct"] {
+    for link in ["decision.line.kind=memory", "decision.line.kind=direct"] {
         let answers = asked("", link);
         let [test, sonar, anew] = &answers[..] else { panic!("{link}: {answers:?}") };
         assert!(test.starts_with("assistant answers the link test after 0.0"), "{link}: {test}");

@@ -35,7 +35,7 @@ fn what_was_sensed_is_part_of_the_state() {
         let text = format!(
             "[mission]\nname = \"still\"\nduration_max_s = 60.0\n\
              [[world.walls]]\nline_m = [[1.5, -3.0], [1.5, 3.0]]\n\
-             [[robots]]\nnavigator.route = \"direct\"\n[robots.link]\nkind = \"{link}\"\n"
+             [[robots]]\nmind.how.method = \"straight\"\n[robots.line]\nkind = \"{link}\"\n"
         );
         let after = |seed: u64, steps: u32| {
             let mission = Mission::parse("still.toml", &text, &[]).unwrap();

@@ -93,7 +93,7 @@ fn mission(
     format!(
         "[mission]\nname = \"path\"\nduration_max_s = 400.0\n[world]\nbounds_m = [-10.0, -10.0, 10.0, 10.0]\n\
          [[robots]]\nname = \"robot\"\nstart = [{x:?}, {y:?}, {yaw:?}]\n{more}\n\
-         [robots.navigator]\nroute = \"path\"\npath_m = [{points}]\n\
+         [robots.mind]\nhow.method = \"path\"\nhow.path_m = [{points}]\n\
          [[events]]\nat_s = 1.0\ndo = \"goal\"\nrobot = \"robot\"\npose = [{gx:?}, {gy:?}, {gyaw:?}]\n\
          [[success.arrived]]\nrobot = \"robot\"\npose = [{gx:?}, {gy:?}, {gyaw:?}]\nwithin_m = 0.07\nwithin_deg = 5.0\n"
     )
@@ -158,8 +158,8 @@ fn every_law_keeps_to_every_path_at_every_speed() {
                 let yaw = heading_deg(&path);
                 let first = (path[1].1 - path[0].1).atan2(path[1].0 - path[0].0).to_degrees();
                 let text = mission(&path, (0.0, 0.0, first), (x, y, yaw), "");
-                let law = format!("robots.navigator.path_controller={law}");
-                let speed_set = format!("robots.navigator.speed_mps={speed}");
+                let law = format!("robots.mind.follow.path_law={law}");
+                let speed_set = format!("robots.mind.follow.speed_mps={speed}");
                 let goal = Se2::new(x, y, yaw.to_radians());
                 let driven = drive(&text, &[&law, &speed_set], &path, goal);
                 if driven.off_max_m > worst.0 {
@@ -260,8 +260,8 @@ const CROSSED: &[(f64, f64)] = &[(0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (1.0, 2.0),
 const TWICE: &[(f64, f64)] = &[(0.0, 0.0), (0.0, 0.0), (2.0, 0.0), (2.0, 0.0), (2.0, 2.0)];
 const SMALL: &[(f64, f64)] = &[(0.0, 0.0), (0.5, 0.0), (0.5, 0.5), (0.0, 0.5), (0.0, 0.0)];
 const ZERO: (f64, f64, f64) = (0.0, 0.0, 0.0);
-const ARTEMIC: &str = "model = \"artemic8\"\nlink.kind = \"direct\"";
-const SLOW_WIRE: &str = "[robots.link]\nbaud = 9600\nlatency_ms = 60.0\njitter_ms = 20.0";
+const ARTEMIC: &str = "model = \"artemic8\"\nline.kind = \"direct\"";
+const SLOW_WIRE: &str = "[robots.line]\nbaud = 9600\nlatency_ms = 60.0\njitter_ms = 20.0";
 
 const KINDS: [Kind; 16] = [
     kind("looks away", LINE, (0.0, 0.0, 180.0), (4.0, 0.0, 0.0), (0.6, "")),
@@ -278,7 +278,7 @@ const KINDS: [Kind; 16] = [
     kind("a small square", SMALL, ZERO, ZERO, (0.6, "")),
     kind("artemic", BEND, ZERO, (3.0, 3.0, 90.0), (0.4, ARTEMIC)),
     kind("peoplebot", BEND, ZERO, (3.0, 3.0, 90.0), (1.0, "model = \"peoplebot\"")),
-    kind("no bytes", BEND, ZERO, (3.0, 3.0, 90.0), (1.0, "link.kind = \"direct\"")),
+    kind("no bytes", BEND, ZERO, (3.0, 3.0, 90.0), (1.0, "line.kind = \"direct\"")),
     kind("a slow wire", BEND, ZERO, (3.0, 3.0, 90.0), (1.0, SLOW_WIRE)),
 ];
 
@@ -288,8 +288,8 @@ fn starts_goals_robots_and_wires_of_other_kinds_arrive_as_well() {
     for Kind { name, path, start, goal: (x, y, yaw), more, speed_mps } in KINDS {
         for law in PathController::ALL.iter().map(|law| law.key()) {
             let text = mission(path, start, (x, y, yaw), more);
-            let law_set = format!("robots.navigator.path_controller={law}");
-            let speed_set = format!("robots.navigator.speed_mps={speed_mps}");
+            let law_set = format!("robots.mind.follow.path_law={law}");
+            let speed_set = format!("robots.mind.follow.speed_mps={speed_mps}");
             let goal = Se2::new(x, y, yaw.to_radians());
             let driven = drive(&text, &[&law_set, &speed_set], path, goal);
             let corners: Vec<Vec2> = path.iter().map(|&(x, y)| Vec2::new(x, y)).collect();
@@ -317,15 +317,15 @@ fn starts_goals_robots_and_wires_of_other_kinds_arrive_as_well() {
 #[test]
 fn the_robot_turns_to_the_goal_heading_on_every_route() {
     let routes = [
-        "route = \"direct\"",
-        "route = \"path\"\npath_m = [[0.0, 0.0], [3.0, 0.0]]",
-        "route = \"trail\"",
+        "how.method = \"straight\"",
+        "how.method = \"path\"\nhow.path_m = [[0.0, 0.0], [3.0, 0.0]]",
+        "how.method = \"trail\"",
     ];
     for route in routes {
         for yaw_deg in [0.0_f64, 45.0, -45.0, 135.0, -135.0, 180.0] {
             let text = format!(
                 "[mission]\nname = \"heading\"\nduration_max_s = 90.0\n\
-                 [[robots]]\nname = \"robot\"\n[robots.navigator]\n{route}\n\
+                 [[robots]]\nname = \"robot\"\n[robots.mind]\n{route}\n\
                  [pheromones]\ntrails_m = [[[-0.4, 0.0], [3.2, 0.0]]]\n\
                  [[events]]\nat_s = 1.0\ndo = \"goal\"\nrobot = \"robot\"\npose = [3.0, 0.0, {yaw_deg:?}]\n\
                  [[success.arrived]]\nrobot = \"robot\"\npose = [3.0, 0.0, {yaw_deg:?}]\n\
@@ -343,7 +343,7 @@ fn the_robot_turns_to_the_goal_heading_on_every_route() {
 #[test]
 fn a_speed_that_the_robot_cannot_do_is_refused_with_what_it_can() {
     let text = mission(BEND, ZERO, (3.0, 3.0, 90.0), ARTEMIC);
-    let faster = ["robots.navigator.speed_mps=0.6".to_owned()];
+    let faster = ["robots.mind.follow.speed_mps=0.6".to_owned()];
     let error = Mission::parse("case.toml", &text, &faster).unwrap_err().to_string();
     assert!(error.contains("0.6") && error.contains("at most 0.4 m/s"), "{error}");
     assert!(error.contains("ARTEMIC (8 sonars)"), "{error}");
@@ -360,7 +360,7 @@ fn a_path_without_length_is_refused_with_what_it_needs() {
 #[test]
 fn figures_of_what_is_not_there_are_absent() {
     let text = "[mission]\nname = \"empty\"\nduration_max_s = 3.0\n[[robots]]\nname = \"robot\"\n\
-                [robots.navigator]\nroute = \"direct\"\n";
+                [robots.mind]\nhow.method = \"straight\"\n";
     let driven = drive(text, &[], LINE, Se2::IDENTITY);
     for name in ["arrival_s", "drive_time_s", "clearance_min_m", "cross_track_rms_m"] {
         assert_eq!(driven.summary.figure(name), None, "{name}");

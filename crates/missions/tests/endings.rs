@@ -17,7 +17,7 @@ fn fastest_wheel_mps(run: &Run) -> f64 {
 #[test]
 fn when_the_time_is_over_in_mid_drive_the_run_steps_on_until_the_wheels_stand() {
     for link in ["memory", "direct"] {
-        let kind = format!("robots.link.kind={link}");
+        let kind = format!("robots.line.kind={link}");
         let mut run = start("one-obstacle", &["mission.duration_max_s=6", &kind]);
         while run.finished().is_none() {
             run.step();
@@ -64,7 +64,7 @@ fn after_it_was_told_to_stand_a_run_takes_no_more_orders() {
 fn an_order_under_way_at_the_halt_does_not_set_the_robot_off_again() {
     for (latency_ms, steps_between) in [(400, 0), (400, 1), (400, 30), (400, 60), (5, 1)] {
         let settings =
-            ["decision.link.kind=memory", &format!("decision.link.latency_ms={latency_ms}")];
+            ["decision.line.kind=memory", &format!("decision.line.latency_ms={latency_ms}")];
         let mut run = start("doorbell", &settings);
         let pass = |run: &mut Run, n_steps: u64| (0..n_steps).for_each(|_| run.step());
         pass(&mut run, 100);
@@ -152,7 +152,7 @@ fn a_robot_on_a_direct_line_has_a_watchdog_too() {
     for (direction, way_max_m) in
         [(Direction::Away, 0.78), (Direction::Back, 0.48), (Direction::Both, 0.78)]
     {
-        let mut run = start("one-obstacle", &["robots.link.kind=direct"]);
+        let mut run = start("one-obstacle", &["robots.line.kind=direct"]);
         for _ in 0..600 {
             run.step();
         }

@@ -6,7 +6,7 @@ use run_context::RunSeed;
 
 const HEAD: &str = "[mission]\nname = \"t\"\nduration_max_s = 30.0\n[world]\nbounds_m = [-10.0, -10.0, 10.0, 10.0]\n\
                     [[robots]]\nname = \"robot\"\n";
-const DIRECT: &str = "[robots.navigator]\nroute = \"direct\"\n";
+const DIRECT: &str = "[robots.mind]\nhow.method = \"straight\"\n";
 const GOAL: &str =
     "[[events]]\nat_s = 1.0\ndo = \"goal\"\nrobot = \"robot\"\npose = [6.0, 0.0, 0.0]\n";
 const ARRIVED: &str = "[[success.arrived]]\nrobot = \"robot\"\npose = [6.0, 0.0, 0.0]\n";
@@ -45,7 +45,7 @@ fn keys_of_another_kind_of_event_are_refused() {
     for (kind, key) in [
         ("stop", "pose = [1.0, 0.0, 0.0]"),
         ("restart", "line = \"robot\""),
-        ("cut_link", "after_arrival = true"),
+        ("cut_line", "after_arrival = true"),
         ("place_box", "robot = \"robot\""),
         ("remove", "at_m = [0.0, 1.0]"),
     ] {
@@ -71,21 +71,21 @@ fn what_is_about_a_program_needs_one() {
 
 #[test]
 fn keys_that_nothing_reads_are_warned_of() {
-    let link = "[robots.link]\nkind = \"direct\"\nbaud = 1200\nloss_prob = 0.5\n";
-    let memory = "[robots.link]\naddress = \"1.2.3.4:80\"\n";
-    let path = "path_m = [[0.0, 0.0], [6.0, 0.0]]\npath_controller = \"pure_pursuit\"\n";
-    let on_path = "[robots.navigator]\nroute = \"path\"\npath_m = [[0.0, 0.0], [6.0, 0.0]]\n";
+    let link = "[robots.line]\nkind = \"direct\"\nbaud = 1200\nloss_prob = 0.5\n";
+    let memory = "[robots.line]\naddress = \"1.2.3.4:80\"\n";
+    let path = "how.path_m = [[0.0, 0.0], [6.0, 0.0]]\nfollow.path_law = \"pure_pursuit\"\n";
+    let on_path = "[robots.mind]\nhow.method = \"path\"\nhow.path_m = [[0.0, 0.0], [6.0, 0.0]]\n";
     let server = "[pheromones]\ntrails_m = [[[0.0, 0.0], [3.0, 0.0]]]\n";
-    let on_trail = "[robots.navigator]\ntrail_controller = \"pure_pursuit\"\n[robots.navigator.fuzzy]\nerror_full = 9\n";
+    let on_trail = "[robots.mind]\nfollow.trail_law = \"pure_pursuit\"\n[robots.mind.follow.fuzzy]\nerror_full = 9\n";
     for (middle, told) in [
-        (format!("{link}{DIRECT}"), "robots[0].link: baud, loss_prob do nothing"),
-        (format!("{memory}{DIRECT}"), "robots[0].link: address does nothing"),
-        (format!("{DIRECT}{path}"), "robots[0].navigator: path_m, path_controller do nothing"),
+        (format!("{link}{DIRECT}"), "robots[0].line: baud, loss_prob do nothing"),
+        (format!("{memory}{DIRECT}"), "robots[0].line: address does nothing"),
+        (format!("{DIRECT}{path}"), "robots[0].mind: how.path_m, follow.path_law do nothing"),
         (
-            format!("{on_path}trail_controller = \"listing\"\n"),
-            "robots[0].navigator: trail_controller does nothing",
+            format!("{on_path}follow.trail_law = \"listing\"\n"),
+            "robots[0].mind: follow.trail_law does nothing",
         ),
-        (format!("{on_trail}{server}"), "robots[0].navigator: fuzzy does nothing"),
+        (format!("{on_trail}{server}"), "robots[0].mind: follow.fuzzy does nothing"),
         (format!("{DIRECT}{server}"), "[pheromones]: nobody asks the server"),
         (format!("spacing_m = [3.0, 3.0]\n{DIRECT}"), "robots[0]: spacing_m does nothing"),
     ] {
@@ -93,7 +93,7 @@ fn keys_that_nothing_reads_are_warned_of() {
         assert!(said.contains(told), "{told}: {said}");
     }
     // None of them where they are read.
-    for middle in [format!("{on_path}path_controller = \"pure_pursuit\"\n"), DIRECT.to_owned()] {
+    for middle in [format!("{on_path}follow.path_law = \"pure_pursuit\"\n"), DIRECT.to_owned()] {
         assert_eq!(warnings(&format!("{HEAD}{middle}{GOAL}{ARRIVED}")), "");
     }
 }
@@ -207,7 +207,7 @@ fn an_empty_world_has_no_surface() {
 
 #[test]
 fn a_robot_with_a_path_follows_no_trail() {
-    let path = "[robots.navigator]\nroute = \"path\"\npath_m = [[0.0, 0.0], [6.0, 0.0]]\n";
+    let path = "[robots.mind]\nhow.method = \"path\"\nhow.path_m = [[0.0, 0.0], [6.0, 0.0]]\n";
     let text = format!("{HEAD}{path}{GOAL}{ARRIVED}");
     let mut run = Run::new(Mission::parse("t.toml", &text, &[]).unwrap(), RunSeed(1)).unwrap();
     run.run_to_end();

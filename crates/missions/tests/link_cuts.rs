@@ -208,8 +208,7 @@ fn in_every_phase_and_each_way_a_cut_leaves_the_robot_within_its_watchdogs_way()
     let mut table: BTreeMap<(Moment, &str), (usize, f64, usize)> = BTreeMap::new();
     let (mut wrong, mut unheard) = (Vec::new(), Vec::new());
     for (moment, direction, seed, outcome) in outcomes {
-        let index = Direction::ALL.iter().position(|&d| d == direction).unwrap();
-        let row = table.entry((moment, Line::Robot.direction_names()[index])).or_default();
+        let row = table.entry((moment, Line::Robot.direction_name(direction))).or_default();
         let Some(outcome) = outcome else { continue };
         row.0 += 1;
         row.1 = row.1.max(outcome.way_m);
@@ -295,8 +294,8 @@ fn on_lines_that_lose_and_damage_bytes_no_run_ends_with_turning_wheels() {
         .par_iter()
         .map(|&((loss, corruption), seed)| {
             let overrides = [
-                format!("robots.link.loss_prob={loss}"),
-                format!("robots.link.corruption_prob={corruption}"),
+                format!("robots.line.loss_prob={loss}"),
+                format!("robots.line.corruption_prob={corruption}"),
                 // Short of the goal for many: the time is over in mid drive.
                 format!("mission.duration_max_s={}", 8 + seed * 7 % 40),
             ];

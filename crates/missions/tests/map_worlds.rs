@@ -16,7 +16,7 @@ const YAML: &str = "# A room\nimage: room.pgm\nresolution: 0.5\norigin: [-1.0, -
 
 const MISSION: &str = "[mission]\nname = \"room\"\n[world]\nmap = \"maps/room.yaml\"\n[[robots]]\n\
                        name = \"r\"\nmodel = \"pioneer3dx\"\nstart = [0.0, -0.5, 90.0]\n\
-                       [robots.navigator]\nroute = \"direct\"\n";
+                       [robots.mind]\nhow.method = \"straight\"\n";
 
 struct Place(tempfile::TempDir);
 

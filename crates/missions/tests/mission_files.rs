@@ -1,7 +1,7 @@
 //! Mission files: what is accepted, what is refused and how it is said, and the template.
 
 use expect_test::{Expect, expect, expect_file};
-use missions::{Mission, file::MissionFile};
+use missions::{Mission, WordList, file::MissionFile};
 
 /// A mission with one robot, one bell and one trail, to which a test adds or changes lines.
 const SMALL: &str = r#"[mission]
@@ -16,8 +16,8 @@ name = "bell"
 input = 0
 
 [[robots]]
-[robots.navigator]
-route = "direct"
+[robots.mind]
+how.method = "straight"
 "#;
 
 fn check(text: &str, overrides: &[&str], expected: &Expect) {
@@ -45,7 +45,7 @@ fn a_goal_that_the_link_cannot_carry_is_refused() {
     );
     let nearer = goal.replace("33.0", "-31.9");
     check_added(&nearer, &expect!["accepted: small"]);
-    check(&format!("{SMALL}{goal}"), &["robots.link.kind=direct"], &expect!["accepted: small"]);
+    check(&format!("{SMALL}{goal}"), &["robots.line.kind=direct"], &expect!["accepted: small"]);
 }
 
 #[test]
@@ -63,14 +63,14 @@ fn random_boxes_have_names_of_their_own() {
 fn only_robots_may_be_elsewhere() {
     check(
         &format!("{SMALL}[pheromones]\ntrails_m = [[[0.0, 0.0], [1.0, 0.0]]]\n"),
-        &["pheromones.link.kind=tcp"],
+        &["pheromones.line.kind=tcp"],
         &expect![[
-            r#"--set pheromones.link.kind=tcp: pheromones.link.kind = "tcp": must be one of `memory`, `direct`"#
+            r#"--set pheromones.line.kind=tcp: pheromones.line.kind = "tcp": must be one of `memory`, `direct`"#
         ]],
     );
     check(
         SMALL,
-        &["robots.link.kind=tcp", "robots.link.address=127.0.0.1:8101"],
+        &["robots.line.kind=tcp", "robots.line.address=127.0.0.1:8101"],
         &expect!["accepted: small"],
     );
 }
@@ -116,17 +116,17 @@ fn a_number_outside_its_range_is_located() {
         &expect!["small.toml:3:18: mission.duration_max_s = 0.0: must be from 0.1 to 86400 s"],
     );
     check(
-        &format!("{SMALL}speed_mps = nan\n"),
+        &format!("{SMALL}follow.speed_mps = nan\n"),
         &[],
         &expect![
-            "small.toml:15:13: robots[0].navigator.speed_mps = NaN: must be from 0.05 to 1 m/s"
+            "small.toml:15:20: robots[0].mind.follow.speed_mps = NaN: must be from 0.05 to 1 m/s"
         ],
     );
     check(
         &format!("{SMALL}control_period_ms = 205\n"),
         &[],
         &expect![
-            "small.toml:15:21: robots[0].navigator.control_period_ms = 205: must be a multiple of 10 from 50 to 2000 ms"
+            "small.toml:15:21: robots[0].mind.control_period_ms = 205: must be a multiple of 10 from 50 to 2000 ms"
         ],
     );
 }
@@ -134,16 +134,16 @@ fn a_number_outside_its_range_is_located() {
 #[test]
 fn a_method_that_does_not_exist_is_answered_with_those_that_do() {
     check_added(
-        "avoidance = \"bug2\"\n",
+        "guard.method = \"bug2\"\n",
         &expect![[
-            r#"small.toml:15:13: robots[0].navigator.avoidance = "bug2": must be one of `checked`, `rebound`, `off`"#
+            r#"small.toml:15:16: robots[0].mind.guard.method = "bug2": must be one of `checked`, `rebound`, `off`"#
         ]],
     );
     check(
         SMALL,
-        &["robots.navigator.route=teleport"],
+        &["robots.mind.how.method=teleport"],
         &expect![[
-            r#"--set robots.navigator.route=teleport: robots[0].navigator.route = "teleport": must be one of `trail`, `direct`, `path`, `tags`"#
+            r#"--set robots.mind.how.method=teleport: robots[0].mind.how.method = "teleport": must be one of `trail`, `straight`, `path`, `tags`"#
         ]],
     );
     check(
@@ -166,9 +166,9 @@ fn a_method_that_does_not_exist_is_answered_with_those_that_do() {
 fn a_trail_route_needs_a_trail() {
     check(
         SMALL,
-        &["robots.navigator.route=trail"],
+        &["robots.mind.how.method=trail"],
         &expect![[
-            r#"--set robots.navigator.route=trail: robots[0].navigator.route = "trail": must be `direct`, because the mission has no [pheromones]"#
+            r#"--set robots.mind.how.method=trail: robots[0].mind.how.method = "trail": must be `straight`, because the mission has no [pheromones]"#
         ]],
     );
 }
@@ -299,7 +299,7 @@ fn overrides_that_cannot_be_applied_are_explained() {
         SMALL,
         &["robots.wings=2"],
         &expect![[r#"
-            --set robots.wings=2: unknown field `wings`, expected one of `name`, `model`, `start`, `count`, `spacing_m`, `row_length`, `odometry`, `sonar`, `link`, `navigator`, `tag_readers`, `teleoperator`
+            --set robots.wings=2: unknown field `wings`, expected one of `name`, `model`, `start`, `count`, `spacing_m`, `row_length`, `odometry`, `sonar`, `line`, `mind`, `tag_readers`, `teleoperator`
             in `robots`"#]],
     );
 }
@@ -316,8 +316,8 @@ fn the_resolved_text_makes_the_same_mission() {
 
 #[test]
 fn an_override_reaches_the_resolved_text() {
-    let mission = Mission::load("doorbell", &["robots.navigator.speed_mps=0.25".to_owned()]);
-    assert!((mission.unwrap().file().robots[0].navigator.speed_mps - 0.25).abs() < 1e-12);
+    let mission = Mission::load("doorbell", &["robots.mind.follow.speed_mps=0.25".to_owned()]);
+    assert!((mission.unwrap().file().robots[0].mind.follow.speed_mps - 0.25).abs() < 1e-12);
 }
 
 /// Keys of a table and all tables in it, with the tables' names; indices left out.
@@ -346,7 +346,7 @@ fn the_template_is_a_mission_and_names_every_key() {
     let mut in_code = std::collections::BTreeSet::new();
     keys(&toml::Value::try_from(&written).unwrap(), "", &mut in_code);
     let missing: Vec<&String> =
-        in_code.difference(&in_template).filter(|k| !k.contains(".link.")).collect();
+        in_code.difference(&in_template).filter(|k| !k.contains(".line.")).collect();
     assert!(missing.is_empty(), "the template does not show {missing:?}");
 }
 
@@ -399,7 +399,7 @@ fn nested(way: &[String], last: Option<(&str, &toml::Value)>) -> toml::Value {
     }
 }
 
-/// `[pheromones.link] baud = 9600` used to change the latency from 5 to 2 ms.
+/// `[pheromones.line] baud = 9600` used to change the latency from 5 to 2 ms.
 #[test]
 fn a_key_that_is_set_to_its_default_changes_nothing() {
     let template: MissionFile = toml::from_str(Mission::template()).unwrap();
@@ -419,7 +419,7 @@ fn a_key_that_is_set_to_its_default_changes_nothing() {
         let set = nested(tables, Some((key, &default)));
         let set: MissionFile = set.try_into().unwrap();
         assert_eq!(set, bare, "{} = {default}", way.join("."));
-        n_links += usize::from(tables.last().is_some_and(|table| table == "link"));
+        n_links += usize::from(tables.last().is_some_and(|table| table == "line"));
     }
     assert_eq!((n_links, keys.len() > 100), (3 * 6, true));
 }
@@ -428,14 +428,14 @@ fn a_key_that_is_set_to_its_default_changes_nothing() {
 #[test]
 fn a_baud_rate_alone_keeps_the_latency() {
     let overrides =
-        ["pheromones.link.baud=9600", "decision.link.baud=9600", "robots.link.baud=9600"];
+        ["pheromones.line.baud=9600", "decision.line.baud=9600", "robots.line.baud=9600"];
     let overrides = overrides.map(str::to_owned);
     let set = Mission::load("doorbell", &overrides).unwrap();
     assert_eq!(set.file(), Mission::load("doorbell", &[]).unwrap().file());
     let latency_ms =
-        |mission: &Mission| mission.file().pheromones.as_ref().unwrap().link.latency_ms;
+        |mission: &Mission| mission.file().pheromones.as_ref().unwrap().line.latency_ms;
     assert!((latency_ms(&set) - 5.0).abs() < 1e-12);
-    let slower = Mission::load("doorbell", &["pheromones.link.baud=4800".to_owned()]).unwrap();
+    let slower = Mission::load("doorbell", &["pheromones.line.baud=4800".to_owned()]).unwrap();
     assert!((latency_ms(&slower) - 5.0).abs() < 1e-12);
 }
 
@@ -449,6 +449,60 @@ fn the_guide_shows_the_template() {
 }
 
 #[test]
+fn the_guide_lists_the_words_of_every_key() {
+    // UPDATE_EXPECT=1 brings it up to date. The laws have a chapter of their own.
+    let guide = include_str!("../../../docs/guide/missions.md");
+    let (begin, end) = ("<!-- words -->\n", "<!-- end of words -->\n");
+    let (before, rest) = guide.split_once(begin).unwrap();
+    let (_, after) = rest.split_once(end).unwrap();
+    let mut table = "| key | word | what it is |\n| --- | --- | --- |\n".to_owned();
+    for WordList { key, words } in Mission::word_lists() {
+        let is_law = key.ends_with(".trail_law") || key.ends_with(".path_law");
+        for (word, about) in words.iter().filter(|(_, about)| !is_law && !about.is_empty()) {
+            table.extend(["| `", key, "` | `", word, "` | ", about, " |\n"]);
+        }
+    }
+    let wanted = format!("{before}{begin}{table}{end}{after}");
+    expect_file!["../../../docs/guide/missions.md"].assert_eq(&wanted);
+}
+
+/// What the template writes as comments is what the checks take: each word at its key is accepted there, and another one
+/// is answered with the whole list.
+#[test]
+fn every_word_of_every_list_is_accepted_at_its_key() {
+    let text = Mission::template();
+    let file: MissionFile = toml::from_str(text).unwrap();
+    let cut = file.events.iter().position(|event| event.action == "cut_line").unwrap();
+    let said = |sets: &[String]| match Mission::parse("t.toml", text, sets) {
+        Ok(_) => String::new(),
+        Err(error) => error.to_string(),
+    };
+    for WordList { key, words } in Mission::word_lists() {
+        // Of the events one has a line; a direction belongs to one of three lines.
+        let key = match key {
+            "events.line" | "events.direction" => key.replace("events", &format!("events[{cut}]")),
+            _ => key.to_owned(),
+        };
+        let lines: &[&str] = if key.ends_with(".direction") {
+            &["robot", "pheromones", "ground"]
+        } else {
+            &["robot"]
+        };
+        for (word, _) in &words {
+            let with = |value: &str, line: &str| {
+                let usual = format!("events[{cut}].direction=both");
+                said(&[usual, format!("events[{cut}].line={line}"), format!("{key}={value}")])
+            };
+            let told = |line: &&&str| with("nonsense", line).contains(&format!("`{word}`"));
+            let line = lines.iter().find(told).unwrap_or_else(|| panic!("{key}: {word}"));
+            // It may be refused for another reason: what it needs is not in the template.
+            let said = with(word, line);
+            assert!(!said.contains("must be one of"), "{key}={word}: {said}");
+        }
+    }
+}
+
+#[test]
 fn a_robot_that_is_driven_by_hand_is_here_and_one() {
     let by_hand = "[robots.teleoperator]\npath_m = [[0.0, 0.0], [1.0, 0.0]]\n";
     check_added(by_hand, &expect!["accepted: small"]);
@@ -459,12 +513,12 @@ fn a_robot_that_is_driven_by_hand_is_here_and_one() {
             "--set robots.count=2: robots[0].count = 2: must be 1, because one person drives one robot"
         ],
     );
-    let elsewhere = ["robots.link.kind=tcp", "robots.link.address=127.0.0.1:9"];
+    let elsewhere = ["robots.line.kind=tcp", "robots.line.address=127.0.0.1:9"];
     check(
         &format!("{SMALL}{by_hand}"),
         &elsewhere,
         &expect![[
-            r#"--set robots.link.kind=tcp: robots[0].link.kind = "tcp": must be `memory` or `direct`: nobody here sees a robot that is elsewhere"#
+            r#"--set robots.line.kind=tcp: robots[0].line.kind = "tcp": must be `memory` or `direct`: nobody here sees a robot that is elsewhere"#
         ]],
     );
     check_added(
@@ -505,15 +559,15 @@ fn a_robot_that_is_driven_by_hand_is_here_and_one() {
 
 #[test]
 fn a_line_too_slow_for_the_robot_is_refused() {
-    let create = ["robots.model=create2", "robots.navigator.avoidance=off"];
+    let create = ["robots.model=create2", "robots.mind.guard.method=off"];
     check(
         SMALL,
         &create,
         &expect![
-            "small.toml:12:1: robots[0].link.baud = 9600: must be at least 38400 baud, so that the reports of iRobot Create 2 fit"
+            "small.toml:12:1: robots[0].line.baud = 9600: must be at least 38400 baud, so that the reports of iRobot Create 2 fit"
         ],
     );
-    let fast = "robots.link.baud=115200";
+    let fast = "robots.line.baud=115200";
     check(SMALL, &[create[0], create[1], fast], &expect!["accepted: small"]);
 }
 
@@ -523,12 +577,12 @@ fn artemic_has_no_line_to_be_simulated() {
         SMALL,
         &["robots.model=artemic5"],
         &expect![[
-            r#"small.toml:12:1: robots[0].link.kind = "memory": must be `direct`: the line of ARTEMIC (5 sonars) is not simulated"#
+            r#"small.toml:12:1: robots[0].line.kind = "memory": must be `direct`: the line of ARTEMIC (5 sonars) is not simulated"#
         ]],
     );
     check(
         SMALL,
-        &["robots.model=artemic8", "robots.link.kind=direct"],
+        &["robots.model=artemic8", "robots.line.kind=direct"],
         &expect!["accepted: small"],
     );
     check(

@@ -14,7 +14,7 @@ const SPEED_MPS: f64 = 0.4;
 fn driven(way_m: f64, errors: &str, seed: u64) -> Vec<PoseReport> {
     let text = format!(
         "[mission]\nname = \"floor\"\nduration_max_s = {}\n\
-         [[robots]]\nmodel = \"artemic5\"\nlink.kind = \"direct\"\nnavigator.route = \"direct\"\n\
+         [[robots]]\nmodel = \"artemic5\"\nline.kind = \"direct\"\nmind.how.method = \"straight\"\n\
          [robots.teleoperator]\npath_m = [[0.0, 0.0], [{way_m:?}, 0.0]]\nspeed_mps = {SPEED_MPS:?}\n\
          [robots.odometry]\n{errors}\n",
         way_m / SPEED_MPS + 6.0

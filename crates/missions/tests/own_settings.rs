@@ -12,7 +12,7 @@ fn room(link: &str, ring: &str) -> String {
         "[mission]\nname = \"room\"\nduration_max_s = 6.0\n\
          [world]\nbounds_m = [-4.0, -9.0, 3.0, 2.0]\n\
          [[world.walls]]\nline_m = [[2.0, -9.0], [2.0, 1.0], [-3.0, 1.0], [-3.0, -9.0]]\n\
-         [[robots]]\nlink.kind = \"{link}\"\nnavigator.route = \"direct\"\n\
+         [[robots]]\nline.kind = \"{link}\"\nmind.how.method = \"straight\"\n\
          [robots.sonar]\nrange_std_m = 0.0\nrange_std_ratio = 0.0\ndropout_prob = 0.0\n\
          crosstalk_prob = 0.0\n{ring}\n"
     )
@@ -109,7 +109,7 @@ fn rings_that_cannot_be_are_refused_with_what_can() {
         ),
         (
             "ring = \"own\"\nring_at = [[-0.2, 0.0, 180.0]]".to_owned(),
-            "robots[0].navigator.avoidance = \"checked\" with 1 sonars, none within 60° of straight ahead: must be \
+            "robots[0].mind.guard.method = \"checked\" with 1 sonars, none within 60° of straight ahead: must be \
              \"off\", or a ring with a sonar that looks ahead",
         ),
     ] {
@@ -120,8 +120,8 @@ fn rings_that_cannot_be_are_refused_with_what_can() {
 
 /// The drive of `trail-45deg` with these settings: its state, and its greatest distance from the trail, mm.
 fn driven(controller: &str, overrides: &[&str]) -> (String, f64) {
-    let mut all = vec![format!("robots.navigator.trail_controller={controller}")];
-    all.extend(overrides.iter().map(|&o| format!("robots.navigator.fuzzy.{o}")));
+    let mut all = vec![format!("robots.mind.follow.trail_law={controller}")];
+    all.extend(overrides.iter().map(|&o| format!("robots.mind.follow.fuzzy.{o}")));
     let mut run = Run::new(Mission::load("trail-45deg", &all).unwrap(), RunSeed(1)).unwrap();
     let mut greatest_m: f64 = 0.0;
     for _ in 0..2000 {
@@ -157,7 +157,7 @@ fn a_changed_table_or_set_changes_the_drive_and_the_default_spelt_out_does_not()
 #[test]
 fn rules_that_cannot_be_are_refused_with_what_can() {
     let refused = |lines: &str| {
-        let fuzzy = format!("[robots.navigator.fuzzy]\n{lines}");
+        let fuzzy = format!("[robots.mind.follow.fuzzy]\n{lines}");
         said(&room("direct", &fuzzy))
     };
     for (lines, expected) in [

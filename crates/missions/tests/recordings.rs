@@ -57,9 +57,9 @@ fn a_replay_never_moves_a_robot_elsewhere() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
     record(&path, 10);
-    let elsewhere = ["robots.link.kind=tcp", "robots.link.address=127.0.0.1:9"];
+    let elsewhere = ["robots.line.kind=tcp", "robots.line.address=127.0.0.1:9"];
     let error = Replay::open_with(&path, &elsewhere.map(ToOwned::to_owned)).unwrap_err();
-    assert!(error.to_string().contains("robots.link.kind=memory"), "{error}");
+    assert!(error.to_string().contains("robots.line.kind=memory"), "{error}");
 }
 
 #[test]
@@ -67,7 +67,7 @@ fn a_replay_with_another_parameter_names_the_first_difference() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
     record(&path, 700);
-    let slower = ["robots.navigator.speed_mps=0.2".to_owned()];
+    let slower = ["robots.mind.follow.speed_mps=0.2".to_owned()];
     let report = Replay::open_with(&path, &slower).unwrap().run_to_end();
     let divergence = report.divergence.unwrap();
     // The goal is given at 2 s; before that the speed means nothing.
@@ -353,7 +353,7 @@ fn a_changed_replay_runs_on_to_its_own_verdict() {
     let path = folder.path().join("run.mcap");
     record(&path, 700);
     assert!(Replay::open(&path).unwrap().run().finished().is_none());
-    let slower = ["robots.navigator.speed_mps=0.2".to_owned()];
+    let slower = ["robots.mind.follow.speed_mps=0.2".to_owned()];
     let mut replay = Replay::open_with(&path, &slower).unwrap();
     let report = replay.run_to_end();
     let verdict = replay.run().finished().expect("a verdict of its own");
@@ -385,7 +385,7 @@ fn a_changed_replay_of_a_run_that_was_stopped_comes_to_its_own_verdict() {
     }
     recorder.finish(&run).unwrap();
     assert!(run.finished().is_none() && run.interventions().len() == 1);
-    let slower = ["robots.navigator.speed_mps=0.2".to_owned()];
+    let slower = ["robots.mind.follow.speed_mps=0.2".to_owned()];
     let mut replay = Replay::open_with(&path, &slower).unwrap();
     let n_steps_max = replay.run().mission().duration_max().as_millis() as u64 / 10 + 1;
     while replay.step() {

@@ -26,7 +26,7 @@ fn recorded(name: &str, seed: u64, overrides: &[&str]) -> Recording {
 fn driven(path: &str, rest: &str) -> Recording {
     let text = format!(
         "[mission]\nname = \"floor\"\nduration_max_s = 200.0\n\
-         [[robots]]\nmodel = \"artemic5\"\nlink.kind = \"direct\"\nnavigator.route = \"direct\"\n\
+         [[robots]]\nmodel = \"artemic5\"\nline.kind = \"direct\"\nmind.how.method = \"straight\"\n\
          [robots.teleoperator]\npath_m = {path}\n{rest}"
     );
     let mission = Mission::parse("floor.toml", &text, &[]).unwrap();
@@ -175,7 +175,7 @@ fn the_recorded_truth_is_the_simulators() {
 
 #[test]
 fn over_a_wire_the_truth_is_of_the_time_that_the_report_is_about() {
-    let slow = ["robots.link.latency_ms=73", "robots.link.baud=19200"];
+    let slow = ["robots.line.latency_ms=73", "robots.line.baud=19200"];
     let mut run = Run::new(load("one-obstacle", &slow), RunSeed(3)).unwrap();
     let mut log = SensorLog::new(&run);
     let poses = truths(&mut run, &mut log, 1500);
@@ -199,7 +199,7 @@ fn over_a_wire_the_truth_is_of_the_time_that_the_report_is_about() {
 
 #[test]
 fn a_lost_packet_costs_a_row_and_falsifies_none() {
-    let lossy = ["robots.link.loss_prob=0.002", "mission.duration_max_s=60"];
+    let lossy = ["robots.line.loss_prob=0.002", "mission.duration_max_s=60"];
     let recording = recorded("one-obstacle", 1, &lossy);
     let whole = recorded("one-obstacle", 1, &["mission.duration_max_s=60"]);
     assert!(recording.scans.len() < whole.scans.len());
@@ -299,7 +299,7 @@ fn an_order_from_the_ground_takes_the_robot_from_the_person() {
 #[test]
 fn a_pioneer_is_driven_by_hand_over_its_real_bytes() {
     let text = "[mission]\nname = \"wired\"\nduration_max_s = 60.0\n\
-        [[robots]]\nnavigator.route = \"direct\"\n\
+        [[robots]]\nmind.how.method = \"straight\"\n\
         [robots.teleoperator]\npath_m = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0]]\nspeed_mps = 0.2\n\
         [success]\ncross_track_rms_max_m = 0.05\n\
         [[success.arrived]]\nrobot = \"robot\"\npose = [2.0, 1.0, 90.0]\nwithin_m = 0.05\n";

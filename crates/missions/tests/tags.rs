@@ -32,7 +32,8 @@ fn the_way_out_and_back_is_found_with_many_seeds() {
 #[test]
 fn what_tags_store_of_their_place_bounds_the_error() {
     let error_m = |corrects: bool| {
-        let set = format!("robots.navigator.tags.corrects_pose={corrects}");
+        let method = if corrects { "tag_fixes" } else { "dead_reckoning" };
+        let set = format!("robots.mind.where_am_i.method={method}");
         let overrides = vec![set, "tags.missing_ratio=0".to_owned()];
         let mission = Mission::load("tag-trail", &overrides).unwrap();
         let mut run = Run::new(mission, RunSeed(1)).unwrap();
@@ -57,7 +58,7 @@ fn what_tags_store_of_their_place_bounds_the_error() {
 fn look_ahead_points_swing_less_than_the_gradient() {
     for seed in 1..=3 {
         let gradient = run("tag-trail", seed, &[]);
-        let ahead = run("tag-trail", seed, &["robots.navigator.tags.controller=look_ahead"]);
+        let ahead = run("tag-trail", seed, &["robots.mind.follow.tags.law=look_ahead"]);
         assert!(passes(&ahead), "{seed}: {}", ahead.verdict.unwrap().text);
         let name = "turn_rate_rms_radps";
         let (one, other) = (figure(&ahead, name), figure(&gradient, name));
@@ -68,7 +69,7 @@ fn look_ahead_points_swing_less_than_the_gradient() {
 /// A straight trail, one robot, and what its passes leave in the tags.
 const STRAIGHT: &str = "[mission]\nname = \"straight\"\nduration_max_s = 60.0\n\
     [world]\nbounds_m = [-1.0, -1.0, 6.0, 1.0]\n\
-    [[robots]]\nname = \"robot\"\n[robots.navigator]\nroute = \"tags\"\nspeed_mps = 0.2\n\
+    [[robots]]\nname = \"robot\"\n[robots.mind]\nhow.method = \"tags\"\nfollow.speed_mps = 0.2\n\
     [tags]\ntrails_m = [[[0.0, 0.0], [5.0, 0.0]]]\n\
     [[events]]\nat_s = 1.0\ndo = \"goal\"\nrobot = \"robot\"\npose = [4.8, 0.0, 0.0]\n\
     [success]\nno_contact = true\n[[success.arrived]]\nrobot = \"robot\"\npose = [4.8, 0.0, 0.0]\n";
@@ -176,10 +177,10 @@ fn what_cannot_be_is_refused_in_words() {
         ("robots.tag_readers.at_m=[[0.2, 3.0], [0.2, 0.1]]", "within 1 m"),
         ("robots.tag_readers.range_m=0", "from 0.005 to 1 m"),
         ("robots.tag_readers.read_ms=0", "from 1 to 5000 ms"),
-        ("robots.navigator.tags.hold_m=0", "from 0.05 to 2 m"),
-        ("robots.navigator.tags.error_full=0", "from 1 to 100000"),
-        ("robots.navigator.tags.controller=\"lookahead\"", "look_ahead"),
-        ("robots.link={kind=\"tcp\", address=\"localhost:8101\"}", "the tags are simulated"),
+        ("robots.mind.follow.tags.hold_m=0", "from 0.05 to 2 m"),
+        ("robots.mind.follow.tags.error_full=0", "from 1 to 100000"),
+        ("robots.mind.follow.tags.law=\"lookahead\"", "look_ahead"),
+        ("robots.line={kind=\"tcp\", address=\"localhost:8101\"}", "the tags are simulated"),
     ] {
         let refused = Mission::parse("straight.toml", STRAIGHT, &[set.to_owned()]);
         let message = refused.err().map(|e| e.to_string()).unwrap_or_default();
@@ -188,10 +189,10 @@ fn what_cannot_be_is_refused_in_words() {
     let bare = STRAIGHT.replace("[tags]\ntrails_m = [[[0.0, 0.0], [5.0, 0.0]]]\n", "");
     let refused = Mission::parse("bare.toml", &bare, &[]).unwrap_err().to_string();
     assert!(refused.contains("the mission has no [tags]"), "{refused}");
-    let unread = STRAIGHT.replace("route = \"tags\"", "route = \"direct\"");
+    let unread = STRAIGHT.replace("how.method = \"tags\"", "how.method = \"straight\"");
     let warnings = Mission::parse("unread.toml", &unread, &[]).unwrap().warnings();
     assert!(warnings.iter().any(|w| w.contains("no robot has readers")), "{warnings:?}");
-    let nothing = bare.replace("route = \"tags\"", "route = \"direct\"");
+    let nothing = bare.replace("how.method = \"tags\"", "how.method = \"straight\"");
     let nothing = nothing
         .replace("[success]", "[success] # x")
         .replace("[[events]]", "[robots.tag_readers]\n[[events]]");

@@ -139,7 +139,7 @@ fn the_errands_over_junctions_are_all_done() {
 /// Without the scouted way the antennas decide at junctions: they smell both branches at once.
 #[test]
 fn antennas_alone_do_not_do_the_errands() {
-    let keys = ["robots.navigator.preview_m=0".to_owned(), "mission.duration_max_s=150".to_owned()];
+    let keys = ["robots.mind.how.preview_m=0".to_owned(), "mission.duration_max_s=150".to_owned()];
     let mission = Mission::load("trail-junctions", &keys).unwrap();
     let mut run = Run::new(mission, RunSeed(1)).unwrap();
     assert!(!run.run_to_end().passed);

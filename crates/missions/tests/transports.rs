@@ -152,12 +152,12 @@ fn a_robot_that_is_not_there_is_named() {
         listener.local_addr().unwrap().to_string()
     };
     let overrides =
-        ["robots.link.kind=tcp".to_owned(), format!("robots.link.address=\"{address}\"")];
+        ["robots.line.kind=tcp".to_owned(), format!("robots.line.address=\"{address}\"")];
     let mission = Mission::load("one-obstacle", &overrides).unwrap();
     let said = Run::new(mission, RunSeed(1)).unwrap_err().to_string();
     assert!(said.starts_with(&format!("robot `robot`: cannot connect to {address}")), "{said}");
 
-    let serial = ["robots.link.kind=serial", "robots.link.device=/dev/no-such-port"];
+    let serial = ["robots.line.kind=serial", "robots.line.device=/dev/no-such-port"];
     let serial: Vec<String> = serial.iter().map(|&s| s.to_owned()).collect();
     let mission = Mission::load("one-obstacle", &serial).unwrap();
     let said = Run::new(mission, RunSeed(1)).unwrap_err().to_string();

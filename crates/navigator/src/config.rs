@@ -36,7 +36,7 @@ pub enum Method {
 
 settings::choices!(Method {
     Trail = "trail": "over pheromones, which a server knows of",
-    Direct = "direct": "in a straight line",
+    Direct = "straight": "in a straight line",
     Path = "path": "along the corners that are given",
     Tags = "tags": "over a trail of radio tags in the floor",
 });

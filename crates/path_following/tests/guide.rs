@@ -23,8 +23,8 @@ fn the_guide_has_every_law() {
     let guide = include_str!("../../../docs/guide/missions.md");
     let paths = PathController::ALL.iter().map(|law| (law.key(), law.about()));
     let trails = TrailController::ALL.iter().map(|law| (law.key(), law.about()));
-    let wanted = with(guide, "path laws", &table("path_controller", paths));
-    let wanted = with(&wanted, "trail laws", &table("trail_controller", trails));
+    let wanted = with(guide, "path laws", &table("mind.follow.path_law", paths));
+    let wanted = with(&wanted, "trail laws", &table("mind.follow.trail_law", trails));
     expect_file!["../../../docs/guide/missions.md"].assert_eq(&wanted);
 }
 

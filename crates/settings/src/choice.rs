@@ -68,10 +68,23 @@ pub fn chosen<C: Choice>(key: &str, found: &str) -> Result<C, Wrong> {
 ///
 /// As [`chosen`].
 pub fn chosen_of<C: Choice>(key: &str, found: &str, allowed: &[C]) -> Result<C, Wrong> {
-    allowed.iter().copied().find(|choice| choice.key() == found).ok_or_else(|| {
-        let keys = || allowed.iter().map(|choice| choice.key());
-        let quoted: Vec<String> = keys().map(|key| format!("`{key}`")).collect();
-        let meant = did_you_mean(found, keys());
+    picked(key, found, allowed.iter().map(|choice| (choice.key(), *choice)))
+}
+
+/// What `found` at `key` stands for among words that mean something only where they are.
+///
+/// # Errors
+///
+/// As [`chosen`].
+pub fn picked<'w, T>(
+    key: &str,
+    found: &str,
+    allowed: impl Iterator<Item = (&'w str, T)> + Clone,
+) -> Result<T, Wrong> {
+    let words = allowed.clone().map(|(word, _)| word);
+    allowed.into_iter().find(|(word, _)| *word == found).map(|(_, meant)| meant).ok_or_else(|| {
+        let quoted: Vec<String> = words.clone().map(|word| format!("`{word}`")).collect();
+        let meant = did_you_mean(found, words);
         let meant = meant.map(|meant| format!(" (did you mean `{meant}`?)")).unwrap_or_default();
         Wrong::new(key, found, format!("one of {}{meant}", quoted.join(", ")))
     })

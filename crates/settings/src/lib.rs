@@ -16,7 +16,7 @@ mod overrides;
 mod suggest;
 mod values;
 
-pub use choice::{Choice, chosen, chosen_of, listed, words};
+pub use choice::{Choice, chosen, chosen_of, listed, picked, words};
 pub use overrides::{OverrideError, apply, setter};
 pub use suggest::{clarified, did_you_mean, meant_key, told};
-pub use values::{SettingError, Wrong, choose, range};
+pub use values::{SettingError, Wrong, range};

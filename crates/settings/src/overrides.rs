@@ -14,7 +14,7 @@ pub struct OverrideError {
 /// an index the first is meant).
 ///
 /// The value is read as TOML; what is not TOML is taken as a string, so that quotes may be left
-/// out: `robots.link.kind=direct`.
+/// out: `robots.line.kind=direct`.
 ///
 /// # Errors
 ///

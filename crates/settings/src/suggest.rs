@@ -46,9 +46,9 @@ pub fn clarified(message: &str) -> String {
 /// (`table.key`): one of the same last name elsewhere, or one below the same table whose last name is like it.
 ///
 /// ```
-/// let template = "[mission]\nseed = 1\n[[robots]]\n[robots.navigator]\nspeed_mps = 0.3\n";
+/// let template = "[mission]\nseed = 1\n[[robots]]\n[robots.mind.follow]\nspeed_mps = 0.3\n";
 /// assert_eq!(settings::meant_key("seed", template).as_deref(), Some("mission.seed"));
-/// assert_eq!(settings::meant_key("robots.speed", template).as_deref(), Some("robots.navigator.speed_mps"));
+/// assert_eq!(settings::meant_key("robots.speed", template).as_deref(), Some("robots.mind.follow.speed_mps"));
 /// assert_eq!(settings::meant_key("robots.colour", template), None);
 /// ```
 pub fn meant_key(written: &str, template: &str) -> Option<String> {

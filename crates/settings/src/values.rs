@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::{did_you_mean, setter};
+use crate::setter;
 
 /// A value outside what is allowed: where it stands, what it is, what it must be.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -11,7 +11,7 @@ pub struct SettingError {
     pub origin: String,
     /// Line and column in it, from 1; `None` when the key is absent or was set elsewhere.
     pub position: Option<(usize, usize)>,
-    /// The key with its tables, such as `robots[0].navigator.speed_mps`.
+    /// The key with its tables, such as `robots[0].mind.follow.speed_mps`.
     pub key: String,
     /// What was found.
     pub found: String,
@@ -124,29 +124,15 @@ pub fn range(
     if allowed.contains(&value) { Ok(value) } else { Err(Wrong::new(key, value, prose)) }
 }
 
-/// The index of `found` in `allowed`.
-///
-/// # Errors
-///
-/// [`Wrong`], which lists what is allowed.
-pub fn choose(key: &str, found: &str, allowed: &[&str]) -> Result<usize, Wrong> {
-    allowed.iter().position(|&a| a == found).ok_or_else(|| {
-        let quoted: Vec<String> = allowed.iter().map(|a| format!("`{a}`")).collect();
-        let meant = did_you_mean(found, allowed.iter().copied());
-        let meant = meant.map(|meant| format!(" (did you mean `{meant}`?)")).unwrap_or_default();
-        Wrong::new(key, found, format!("one of {}{meant}", quoted.join(", ")))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn positions_point_at_the_value() {
-        let text = "[mission]\nname = \"a\"\n\n[[robots]]\nname = \"x\"\n[robots.link]\nbaud = 7\n";
+        let text = "[mission]\nname = \"a\"\n\n[[robots]]\nname = \"x\"\n[robots.line]\nbaud = 7\n";
         assert_eq!(position_of(text, "mission.name"), Some((2, 8)));
-        assert_eq!(position_of(text, "robots[0].link.baud"), Some((7, 8)));
+        assert_eq!(position_of(text, "robots[0].line.baud"), Some((7, 8)));
         assert_eq!(position_of(text, "robots[0].absent"), Some((4, 1)));
         assert_eq!(position_of(text, "nothing.at.all"), None);
     }
@@ -165,7 +151,5 @@ mod tests {
         );
         assert_eq!(range("k", 1.0, 0.01..=1.0, ""), Ok(1.0));
         assert!(range("k", f64::NAN, 0.01..=1.0, "").is_err());
-        assert_eq!(choose("k", "b", &["a", "b"]), Ok(1));
-        assert_eq!(choose("k", "c", &["a", "b"]).unwrap_err().allowed, "one of `a`, `b`");
     }
 }

@@ -127,7 +127,7 @@ mod tests {
         let text = format!(
             "[mission]\nname = \"{name}\"\ntitle = \"{title}\"\nduration_max_s = 5.0\n\
              [world]\nbounds_m = [-1.0, -1.0, 1.0, 1.0]\n[[robots]]\nname = \"robot\"\n\
-             [robots.navigator]\nroute = \"direct\"\n"
+             [robots.mind]\nhow.method = \"straight\"\n"
         );
         read("mine.toml", &text).unwrap()
     }
@@ -160,7 +160,7 @@ mod tests {
     fn what_a_page_brings_reads_no_files_and_connects_to_nothing() {
         let elsewhere = "[mission]\nname = \"x\"\nduration_max_s = 5.0\n\
              [world]\nbounds_m = [-1.0, -1.0, 1.0, 1.0]\n[[robots]]\nname = \"robot\"\n\
-             [robots.navigator]\nroute = \"direct\"\n[robots.link]\nkind = \"tcp\"\naddress = \"127.0.0.1:9\"\n";
+             [robots.mind]\nhow.method = \"straight\"\n[robots.line]\nkind = \"tcp\"\naddress = \"127.0.0.1:9\"\n";
         assert!(read("x.toml", elsewhere).unwrap_err().contains("cairn run x.toml"));
         // A file of this repository, which a mission from a file of one's own could name.
         let names_a_file = format!(

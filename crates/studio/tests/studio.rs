@@ -446,7 +446,7 @@ fn own_missions_are_brought_by_a_page_and_stay_in_the_list() {
     page.until("hello", |_| true);
     let mine = "[mission]\nname = \"mine\"\nduration_max_s = 9.0\n\
                 [world]\nbounds_m = [-1.0, -1.0, 1.0, 1.0]\n[[robots]]\nname = \"robot\"\n\
-                [robots.navigator]\nroute = \"direct\"\n";
+                [robots.mind]\nhow.method = \"straight\"\n";
     let (status, _) = studio.post("/api/mission?name=mine.toml", mine.as_bytes());
     assert!(status.contains("204"), "{status}");
     let is_own = |hello: &Value| {

@@ -153,7 +153,7 @@ pub(crate) fn short_drive(within_m: f64) -> String {
         "[mission]\nname = \"short-drive\"\nduration_max_s = 12.0\nseed = 5\n\
          [world]\nbounds_m = [-1.0, -1.0, 3.0, 1.0]\n\
          [[world.walls]]\nline_m = [[-1.0, -1.0], [3.0, -1.0], [3.0, 1.0], [-1.0, 1.0]]\nclosed = true\n\
-         [[robots]]\nname = \"robot\"\n[robots.navigator]\nroute = \"direct\"\n\
+         [[robots]]\nname = \"robot\"\n[robots.mind]\nhow.method = \"straight\"\n\
          [[events]]\nat_s = 1.0\ndo = \"goal\"\nrobot = \"robot\"\npose = [1.0, 0.0, 0.0]\n\
          [[success.arrived]]\nrobot = \"robot\"\npose = [1.0, 0.0, 0.0]\nwithin_m = {within_m}\n\
          within_deg = 15.0\n"

@@ -5,6 +5,7 @@ mod environment;
 mod hints;
 mod keys;
 mod map;
+mod mind;
 mod ring;
 mod robots;
 mod tags;
@@ -14,6 +15,9 @@ mod unused;
 pub(crate) use environment::{overlap, rectangle};
 pub(super) use hints::warnings;
 pub(super) use map::wrong_map;
+
+use navigator::Method;
+use settings::Choice as _;
 
 use super::{error::Wrong, file::MissionFile};
 use crate::mission::{Mission, Parts};
@@ -37,13 +41,18 @@ pub(super) fn check(file: MissionFile) -> Checked<Mission> {
     let decision = file.decision.as_ref();
     let decision = decision.map(|d| tasks::decision(d, &devices, &robots)).transpose()?;
     for (i, robot) in file.robots.iter().enumerate() {
-        if robot.navigator.route == "trail" && pheromones.is_none() {
-            let allowed = "`direct`, because the mission has no [pheromones]";
-            return Err(Wrong::new(format!("robots[{i}].navigator.route"), "trail", allowed));
-        }
-        if robot.navigator.route == "tags" && tags.is_none() {
-            let allowed = "another route, because the mission has no [tags]";
-            return Err(Wrong::new(format!("robots[{i}].navigator.route"), "tags", allowed));
+        let (key, word) = (format!("robots[{i}].mind.how.method"), &robot.mind.how.method);
+        match settings::chosen(&key, word)? {
+            Method::Trail if pheromones.is_none() => {
+                let straight = Method::Direct.key();
+                let allowed = format!("`{straight}`, because the mission has no [pheromones]");
+                return Err(Wrong::new(key, word, allowed));
+            }
+            Method::Tags if tags.is_none() => {
+                let allowed = "another method, because the mission has no [tags]";
+                return Err(Wrong::new(key, word, allowed));
+            }
+            Method::Trail | Method::Direct | Method::Path | Method::Tags => {}
         }
     }
     let events = tasks::events(&file, &devices, &robots)?;

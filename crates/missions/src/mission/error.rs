@@ -41,6 +41,12 @@ pub enum MissionError {
         /// The parser's message.
         message: String,
     },
+    /// Keys or words that were called otherwise, each with its place and its new name.
+    #[error("{}", lines.join("\n"))]
+    Moved {
+        /// A sentence for each.
+        lines: Vec<String>,
+    },
     /// A `--set` that cannot be applied.
     #[error("--set {given}: {problem}")]
     Override {

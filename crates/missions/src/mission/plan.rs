@@ -48,6 +48,12 @@ pub(crate) enum PlannedKind {
     Door,
 }
 
+settings::choices!(PlannedKind {
+    Furniture = "furniture": "stands where it is",
+    Box = "box": "may be put down and taken away",
+    Door = "door": "is part of the building",
+});
+
 #[derive(Clone, Debug)]
 pub(crate) struct ThingPlan {
     pub(crate) name: String,
@@ -107,6 +113,12 @@ pub(crate) enum FailsafeOutput {
     Hold,
 }
 
+settings::choices!(FailsafeOutput {
+    Off = "off": "off",
+    On = "on": "on",
+    Hold = "hold": "as the program left it",
+});
+
 #[derive(Clone, Debug)]
 pub(crate) struct DevicePlan {
     pub(crate) name: String,
@@ -153,6 +165,8 @@ pub(crate) struct RobotPlan {
     pub(crate) navigator: Arc<NavigatorConfig>,
     /// What the path method follows.
     pub(crate) path: Option<Path>,
+    /// Places (m, map) that the straight method visits before every goal.
+    pub(crate) via: Vec<Vec2>,
     /// Its readers of tags, if it has any.
     pub(crate) tag_readers: Option<TagReadersPlan>,
     /// Who drives it by hand.

@@ -133,6 +133,7 @@ impl Vehicle {
         if let Some(path) = &plan.path {
             navigator.set_path(path.clone());
         }
+        navigator.set_intermediate_goals(plan.via.clone());
         let decides = parts.decision.as_ref().filter(|d| d.robot == Some(index));
         let answer_within = decides.map(|d| d.answer_within);
         let ground_link = decides.map_or_else(|| default_ground_link(plan), |d| d.link.clone());

@@ -140,7 +140,7 @@ programTest("the decision node shows its clock, its events, a stop with fail-saf
 }, { args: ["run", "night-watch"] });
 
 programTest("a mission of one's own is opened from the page, stays in the list, and a wrong one is told with its line", async ({ page, complaints }) => {
-  const own = (key) => Buffer.from(`[mission]\nname = "mine"\ntitle = "My empty floor"\n${key} = 9.0\n[world]\nbounds_m = [-2.0, -2.0, 2.0, 2.0]\n[[robots]]\nname = "robot"\n[robots.navigator]\nroute = "direct"\n`);
+  const own = (key) => Buffer.from(`[mission]\nname = "mine"\ntitle = "My empty floor"\n${key} = 9.0\n[world]\nbounds_m = [-2.0, -2.0, 2.0, 2.0]\n[[robots]]\nname = "robot"\n[robots.mind]\nhow.method = "straight"\n`);
   await page.locator("#mission-file").setInputFiles({ name: "mine.toml", mimeType: "text/plain", buffer: own("duration_max_s") });
   await page.getByText("An empty world").waitFor();
   const list = page.getByLabel("Mission");

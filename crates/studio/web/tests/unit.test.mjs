@@ -241,11 +241,11 @@ test("an axis has three to six round marks, whatever its range", async () => {
 
 test("marks of plain text in a mission's own words are shown as what they mean", async () => {
   const { pieces, plain } = await load("src/prose.ts");
-  const about = "Try *Send to a goal* anywhere, or --set robots.navigator.preview_m=0: antennas alone. `cairn run`, 2 * 3 * 4.";
+  const about = "Try *Send to a goal* anywhere, or --set robots.mind.how.preview_m=0: antennas alone. `cairn run`, 2 * 3 * 4.";
   assert.deepEqual(pieces(about).filter(({ kind }) => kind !== "text"), [
-    { kind: "emphasis", text: "Send to a goal" }, { kind: "code", text: "--set robots.navigator.preview_m=0" }, { kind: "code", text: "cairn run" },
+    { kind: "emphasis", text: "Send to a goal" }, { kind: "code", text: "--set robots.mind.how.preview_m=0" }, { kind: "code", text: "cairn run" },
   ]);
-  assert.equal(plain(about), "Try Send to a goal anywhere, or --set robots.navigator.preview_m=0: antennas alone. cairn run, 2 * 3 * 4.");
+  assert.equal(plain(about), "Try Send to a goal anywhere, or --set robots.mind.how.preview_m=0: antennas alone. cairn run, 2 * 3 * 4.");
   assert.equal(plain(""), "");
 });
 

@@ -1,12 +1,12 @@
-//! What every check of a mission's tables uses: coordinates, times, names, links.
+//! What every check of a mission's tables uses: coordinates, times, names, lines.
 
 use std::time::Duration;
 
 use geometry::{Se2, Vec2};
 
-use super::super::{error::Wrong, file::LinkFile, plan::LinkPlan};
+use super::super::{error::Wrong, file::LineFile, plan::LinkPlan, words::LineKind};
 
-pub(super) use settings::{choose, chosen, range};
+pub(super) use settings::{chosen, chosen_of, picked, range};
 
 pub(super) type Checked<T> = Result<T, Wrong>;
 
@@ -59,37 +59,39 @@ pub(super) fn named(key: &str, name: &str, names: &[&str]) -> Checked<usize> {
     })
 }
 
-/// Links between nodes that are always simulated here are in memory or direct.
-pub(super) const N_SIMULATED_LINKS: usize = 2;
-/// A robot may also be elsewhere.
-pub(super) const N_LINKS: usize = 4;
-
-/// A link of one of the first `n_kinds` kinds: memory, direct, tcp, serial.
-pub(super) fn link(key: &str, file: &LinkFile, n_kinds: usize) -> Checked<LinkPlan> {
-    let kinds = ["memory", "direct", "tcp", "serial"];
-    let kinds = &kinds[..n_kinds];
+/// A line of one of these kinds.
+pub(super) fn line(key: &str, file: &LineFile, kinds: &[LineKind]) -> Checked<LinkPlan> {
     let at = |name: &str| format!("{key}.{name}");
     range(at("latency_ms"), file.latency_ms, 0.0..=10_000.0, "from 0 to 10000 ms")?;
     range(at("jitter_ms"), file.jitter_ms, 0.0..=10_000.0, "from 0 to 10000 ms")?;
     range(at("loss_prob"), file.loss_prob, 0.0..=1.0, "from 0 to 1")?;
     range(at("corruption_prob"), file.corruption_prob, 0.0..=1.0, "from 0 to 1")?;
-    match choose(&at("kind"), &file.kind, kinds)? {
-        0 => Ok(LinkPlan::Memory(wire::link::LinkConfig {
+    match chosen_of(&at("kind"), &file.kind, kinds)? {
+        LineKind::Memory => Ok(LinkPlan::Memory(wire::link::LinkConfig {
             baud: (file.baud > 0).then_some(file.baud),
             latency: seconds(file.latency_ms * 1e-3),
             jitter: seconds(file.jitter_ms * 1e-3),
             loss_prob: file.loss_prob,
             corruption_prob: file.corruption_prob,
         })),
-        1 => Ok(LinkPlan::Direct),
-        2 if file.address.rsplit_once(':').is_some_and(|(_, port)| port.parse::<u16>().is_ok()) => {
+        LineKind::Direct => Ok(LinkPlan::Direct),
+        LineKind::Tcp => {
+            let port = file.address.rsplit_once(':').map(|(_, port)| port.parse::<u16>());
+            if !matches!(port, Some(Ok(_))) {
+                let allowed = "host:port, such as \"127.0.0.1:8101\"";
+                return Err(Wrong::new(at("address"), &file.address, allowed));
+            }
             Ok(LinkPlan::Tcp { address: file.address.clone() })
         }
-        2 => Err(Wrong::new(at("address"), &file.address, "host:port, such as \"127.0.0.1:8101\"")),
-        _ if file.device.is_empty() => {
-            Err(Wrong::new(at("device"), &file.device, "a device, such as \"/dev/ttyUSB0\""))
+        LineKind::Serial => {
+            if file.device.is_empty() {
+                let allowed = "a device, such as \"/dev/ttyUSB0\"";
+                return Err(Wrong::new(at("device"), &file.device, allowed));
+            }
+            if file.baud == 0 {
+                return Err(Wrong::new(at("baud"), file.baud, "a rate above 0 baud"));
+            }
+            Ok(LinkPlan::Serial { device: file.device.clone(), baud: file.baud })
         }
-        _ if file.baud == 0 => Err(Wrong::new(at("baud"), file.baud, "a rate above 0 baud")),
-        _ => Ok(LinkPlan::Serial { device: file.device.clone(), baud: file.baud }),
     }
 }

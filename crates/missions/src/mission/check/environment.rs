@@ -10,10 +10,11 @@ use super::super::{
     },
     plan::{
         BoxRegion, DevicePlan, DeviceWiring, FailsafeOutput, LinkPlan, PersonPlan, PheromonePlan,
-        PlannedKind, RandomBoxes, RobotPlan, ThingPlan, WorldPlan,
+        RandomBoxes, RobotPlan, ThingPlan, WorldPlan,
     },
+    words::{DeviceKind, LineKind},
 };
-use super::common::{Checked, N_SIMULATED_LINKS, choose, link, point, range, unique};
+use super::common::{Checked, chosen, line, picked, point, range, unique};
 
 /// `[world]`.
 pub(super) fn world(file: &MissionFile, trails: Option<&PheromonePlan>) -> Checked<WorldPlan> {
@@ -48,8 +49,8 @@ pub(super) fn world(file: &MissionFile, trails: Option<&PheromonePlan>) -> Check
 }
 
 fn material(key: &str, name: &str) -> Checked<u32> {
-    let names: Vec<&str> = sensor_models::materials().iter().map(|m| m.name).collect();
-    choose(&format!("{key}.material"), name, &names).map(|index| index as u32)
+    let names = sensor_models::materials().iter().map(|m| m.name).zip(0_u32..);
+    picked(&format!("{key}.material"), name, names)
 }
 
 fn add_wall(plan: &mut WorldPlan, key: &str, wall: &WallFile) -> Checked<()> {
@@ -68,11 +69,7 @@ fn add_wall(plan: &mut WorldPlan, key: &str, wall: &WallFile) -> Checked<()> {
 }
 
 fn thing(key: &str, file: &ThingFile) -> Checked<ThingPlan> {
-    let kind = match choose(&format!("{key}.kind"), &file.kind, &["furniture", "box", "door"])? {
-        0 => PlannedKind::Furniture,
-        1 => PlannedKind::Box,
-        _ => PlannedKind::Door,
-    };
+    let kind = chosen(&format!("{key}.kind"), &file.kind)?;
     for (axis, size) in file.size_m.into_iter().enumerate() {
         range(format!("{key}.size_m[{axis}]"), size, 0.01..=100.0, "from 0.01 to 100 m")?;
     }
@@ -189,39 +186,32 @@ pub(super) fn devices(file: &MissionFile) -> Checked<Vec<DevicePlan>> {
 }
 
 fn device(key: &str, file: &DeviceFile) -> Checked<DevicePlan> {
-    let kinds = ["button", "motion", "latch", "lamp"];
-    let kind = choose(&format!("{key}.kind"), &file.kind, &kinds)?;
+    let kind: DeviceKind = chosen(&format!("{key}.kind"), &file.kind)?;
     let number = |name: &str, value: Option<u8>| match value {
         Some(n) if n > 15 => Err(Wrong::new(format!("{key}.{name}"), n, "from 0 to 15")),
         other => Ok(other),
     };
     let input = number("input", file.input)?;
     let output = number("output", file.output)?;
-    let is_sensor = kind < 2;
-    if is_sensor && output.is_some() {
+    if let Some(output) = output.filter(|_| kind.is_input()) {
         let allowed = format!("absent: a {} is an input", file.kind);
-        return Err(Wrong::new(format!("{key}.output"), output.unwrap_or_default(), allowed));
+        return Err(Wrong::new(format!("{key}.output"), output, allowed));
     }
-    if !is_sensor && input.is_some() {
+    if let Some(input) = input.filter(|_| !kind.is_input()) {
         let allowed = format!("absent: a {} is an output", file.kind);
-        return Err(Wrong::new(format!("{key}.input"), input.unwrap_or_default(), allowed));
+        return Err(Wrong::new(format!("{key}.input"), input, allowed));
     }
-    let failsafe = match choose(&format!("{key}.failsafe"), &file.failsafe, &["off", "on", "hold"])?
-    {
-        0 => FailsafeOutput::Off,
-        _ if is_sensor => {
-            let allowed = format!("absent: a {} is an input", file.kind);
-            return Err(Wrong::new(format!("{key}.failsafe"), &file.failsafe, allowed));
-        }
-        1 => FailsafeOutput::On,
-        _ => FailsafeOutput::Hold,
-    };
+    let failsafe: FailsafeOutput = chosen(&format!("{key}.failsafe"), &file.failsafe)?;
+    if kind.is_input() && failsafe != FailsafeOutput::Off {
+        let allowed = format!("absent: a {} is an input", file.kind);
+        return Err(Wrong::new(format!("{key}.failsafe"), &file.failsafe, allowed));
+    }
     let missing = || Wrong::prose(format!("{key}.output"), "absent", "a number from 0 to 15");
     let wiring = match kind {
-        0 => DeviceWiring::Button { input },
-        1 => DeviceWiring::Motion { input, zone: zone(key, file)? },
-        2 => DeviceWiring::Latch { output: output.ok_or_else(missing)?, failsafe },
-        _ => DeviceWiring::Lamp { output: output.ok_or_else(missing)?, failsafe },
+        DeviceKind::Button => DeviceWiring::Button { input },
+        DeviceKind::Motion => DeviceWiring::Motion { input, zone: zone(key, file)? },
+        DeviceKind::Latch => DeviceWiring::Latch { output: output.ok_or_else(missing)?, failsafe },
+        DeviceKind::Lamp => DeviceWiring::Lamp { output: output.ok_or_else(missing)?, failsafe },
     };
     let label = if file.label.is_empty() { &file.name } else { &file.label };
     let at = point(format!("{key}.at_m"), file.at_m)?;
@@ -259,12 +249,7 @@ pub(super) fn pheromones(file: &PheromonesFile) -> Checked<PheromonePlan> {
         0.02..=2.0,
         "from 0.02 to 2 m",
     )?;
-    let perceptions = ["scalar_sum", "vector_atan2", "listing"];
-    let perception = match choose("pheromones.perception", &file.perception, &perceptions)? {
-        0 => Perception::ScalarSum,
-        1 => Perception::VectorAtan2,
-        _ => Perception::Listing,
-    };
+    let perception = chosen("pheromones.perception", &file.perception)?;
     let trails = trails(file)?;
     let field = match &file.map {
         Some(text) => Field::from_text(text, cell_m).map_err(|e| {
@@ -287,7 +272,7 @@ pub(super) fn pheromones(file: &PheromonesFile) -> Checked<PheromonePlan> {
             0.001..=1.0,
             "from 0.001 to 1",
         )?,
-        link: link("pheromones.link", &file.link, N_SIMULATED_LINKS)?,
+        link: line("pheromones.line", &file.line, LineKind::SIMULATED)?,
     })
 }
 

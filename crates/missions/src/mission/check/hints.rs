@@ -3,11 +3,13 @@
 use decision::Mnemonic;
 use geometry::wrap_to_pi;
 use navigator::{Method, TrailController};
+use settings::Choice as _;
 
 use crate::mission::{
     Parts,
     file::MissionFile,
     plan::{Action, DecisionPlan, DeviceWiring, GoalPose, Requirement},
+    words::EventKind,
 };
 
 /// A sentence for each oddity, in the order of the file's tables.
@@ -38,7 +40,7 @@ pub(in crate::mission) fn warnings(file: &MissionFile, parts: &Parts) -> Vec<Str
 fn tags(file: &MissionFile, parts: &Parts, found: &mut Vec<String>) {
     let read = parts.robots.iter().any(|robot| robot.tag_readers.is_some());
     if parts.tags.is_some() && !read {
-        let what = "no robot has readers; add [robots.tag_readers] or route = \"tags\"";
+        let what = "no robot has readers; add [robots.tag_readers] or mind.how.method = \"tags\"";
         found.push(format!("[tags]: {what}"));
     }
     for (i, _) in file.robots.iter().enumerate().filter(|(_, r)| r.tag_readers.is_some()) {
@@ -52,16 +54,16 @@ fn tags(file: &MissionFile, parts: &Parts, found: &mut Vec<String>) {
 /// Laws on a trail that nothing fits to a higher speed than the thesis's.
 fn laws(file: &MissionFile, found: &mut Vec<String>) {
     for (i, robot) in file.robots.iter().enumerate() {
-        let navigator = &robot.navigator;
-        let Some(law) = TrailController::by_key(&navigator.trail_controller) else { continue };
-        if navigator.route == "trail" && navigator.speed_mps > 0.3 && !law.fits_to_speed() {
-            let (speed_mps, word) = (navigator.speed_mps, law.key());
+        let (on_trail, follow) = (robot.mind.how.method == Method::Trail.key(), &robot.mind.follow);
+        let Some(law) = TrailController::by_key(&follow.trail_law) else { continue };
+        if on_trail && follow.speed_mps > 0.3 && !law.fits_to_speed() {
+            let (speed_mps, word) = (follow.speed_mps, law.key());
             let what =
                 if law.has_own_speeds() { "has its own speeds" } else { "is tuned for 0.3 m/s" };
             let fitting = TrailController::ALL.iter().filter(|law| law.fits_to_speed());
             let fitting: Vec<&str> = fitting.map(|law| law.key()).collect();
             found.push(format!(
-                "robots[{i}].navigator.speed_mps = {speed_mps}: trail_controller `{word}` {what}, and fit_to_speed \
+                "robots[{i}].mind.follow.speed_mps = {speed_mps}: trail_law `{word}` {what}, and fit_to_speed \
                  does not change that; above 0.3 m/s use {}",
                 fitting.join(" or ")
             ));
@@ -101,11 +103,17 @@ fn events(file: &MissionFile, parts: &Parts, found: &mut Vec<String>) {
             event.at_s, event.action
         ));
     }
-    let placed = file.events.iter().filter(|e| e.action == "place_box").map(|e| e.thing.as_str());
+    let placed = file
+        .events
+        .iter()
+        .filter(|e| e.action == EventKind::PlaceBox.key())
+        .map(|e| e.thing.as_str());
     let things = file.world.things.iter().map(|t| t.name.as_str());
     let boxes: Vec<String> = file.world.random_boxes.iter().flat_map(names_of).collect();
     let known: Vec<&str> = things.chain(placed).chain(boxes.iter().map(String::as_str)).collect();
-    for (i, event) in file.events.iter().enumerate().filter(|(_, e)| e.action == "remove") {
+    for (i, event) in
+        file.events.iter().enumerate().filter(|(_, e)| e.action == EventKind::Remove.key())
+    {
         if event.thing != "box" && !known.contains(&event.thing.as_str()) {
             let meant = settings::did_you_mean(&event.thing, known.iter().copied());
             let meant = meant.map(|m| format!("; did you mean `{m}`?")).unwrap_or_default();
@@ -227,7 +235,7 @@ fn never(parts: &Parts, found: &mut Vec<String>) {
                 "success.watchdog_resets: decision.watchdog_s = 0 switches the watchdog off"
             }
             Requirement::CrossTrackRmsMax(_) if !first_follows(parts) => {
-                "success.cross_track_rms_max_m: the first robot has route = \"direct\" and follows nothing"
+                "success.cross_track_rms_max_m: the first robot has mind.how.method = \"straight\" and follows nothing"
             }
             Requirement::SwitchedOn { device, .. } if decision.is_none() => {
                 let device = &parts.devices[*device];

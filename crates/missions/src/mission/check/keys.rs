@@ -3,74 +3,40 @@
 use super::super::{
     error::Wrong,
     file::{EventFile, MissionFile},
+    words::EventKind,
 };
-use crate::asked::Asked;
-use settings::choose;
+use super::common::chosen;
+use settings::Choice as _;
 
-/// A kind of event, the keys that it reads beside `at_s` and `do`, and whether it is about the decision program.
-struct Kind {
-    name: &'static str,
-    keys: &'static [&'static str],
-    needs_program: bool,
-}
-
-const fn kind(name: &'static str, keys: &'static [&'static str]) -> Kind {
-    Kind { name, keys, needs_program: false }
-}
-
-const fn of_program(name: &'static str, keys: &'static [&'static str]) -> Kind {
-    Kind { name, keys, needs_program: true }
-}
-
-/// Every kind of event. Its place in this list is what [`index_of`] gives.
-const KINDS: [Kind; 14] = [
-    kind("press", &["device"]),
-    kind("release", &["device"]),
-    kind("goal", &["robot", "pose", "pose_from_start", "after_arrival"]),
-    kind("stop", &["robot"]),
-    kind("place_box", &["at_m", "size_m", "thing"]),
-    kind("cut_link", &["robot", "line", "direction"]),
-    kind("restore_link", &["robot", "line", "direction"]),
-    of_program("stop_program", &[]),
-    of_program("run_program", &[]),
-    of_program("stall_program", &["for_s"]),
-    kind("remove", &["thing"]),
-    kind(Asked::Link.name(), &["robot"]),
-    kind(Asked::Sonar.name(), &["robot"]),
-    kind(Asked::Restart.name(), &["robot"]),
-];
-
-/// The place of an event's kind in the list of kinds; every key that is given is one of that kind's.
-pub(super) fn index_of(key: &str, file: &EventFile, has_program: bool) -> Result<usize, Wrong> {
-    let names = KINDS.each_ref().map(|kind| kind.name);
+/// An event's kind; every key that is given is one of that kind's.
+pub(super) fn kind_of(key: &str, file: &EventFile, has_program: bool) -> Result<EventKind, Wrong> {
     let at = format!("{key}.do");
-    let index = choose(&at, &file.action, &names)?;
-    let Some(kind) = KINDS.get(index) else { return Ok(index) };
+    let kind: EventKind = chosen(&at, &file.action)?;
     for (name, found) in given(file) {
-        if !kind.keys.contains(&name) {
+        if !kind.keys().contains(&name) {
             return Err(Wrong::prose(format!("{key}.{name}"), found, absent(kind, name)));
         }
     }
-    if kind.needs_program && !has_program {
+    if kind.needs_program() && !has_program {
         let allowed =
             "something else, because the mission has no [decision], whose program it is about";
         return Err(Wrong::new(at, &file.action, allowed));
     }
-    Ok(index)
+    Ok(kind)
 }
 
 /// Why a key must be absent from an event: what that kind takes, and which kinds take the key.
-fn absent(kind: &Kind, name: &str) -> String {
-    let takes = match kind.keys {
+fn absent(kind: EventKind, name: &str) -> String {
+    let takes = match kind.keys() {
         [] => "no key of its own".to_owned(),
         keys => keys.join(", "),
     };
-    let others: Vec<String> = KINDS
+    let others: Vec<String> = EventKind::ALL
         .iter()
-        .filter(|other| other.keys.contains(&name))
-        .map(|other| format!("`{}`", other.name))
+        .filter(|other| other.keys().contains(&name))
+        .map(|other| format!("`{}`", other.key()))
         .collect();
-    format!("absent: `{}` takes {takes}; `{name}` belongs to {}", kind.name, others.join(", "))
+    format!("absent: `{}` takes {takes}; `{name}` belongs to {}", kind.key(), others.join(", "))
 }
 
 /// The keys that are given beside `at_s` and `do`, each with what stands there.

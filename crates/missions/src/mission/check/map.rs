@@ -5,8 +5,8 @@ use std::{mem, sync::Arc};
 use geometry::Vec2;
 use simulator::floor_plan::{FloorPlanError, FloorPlanRules, read};
 
-use super::super::{error::Wrong, file::WorldFile, plan::WorldPlan};
-use super::common::{Checked, choose, pose, range};
+use super::super::{error::Wrong, file::WorldFile, plan::WorldPlan, words::UnknownCells};
+use super::common::{Checked, chosen, pose, range};
 
 /// How far from the origin anything may lie, metres.
 const FAR_M: f64 = 10_000.0;
@@ -15,7 +15,8 @@ const MARGIN_M: f64 = 0.5;
 
 /// Adds the walls of a mission's map, all of one material.
 pub(super) fn add(plan: &mut WorldPlan, file: &WorldFile, material: u32) -> Checked<()> {
-    let unknown_is_solid = choose("world.unknown", &file.unknown, &["wall", "free"])? == 0;
+    let unknown: UnknownCells = chosen("world.unknown", &file.unknown)?;
+    let unknown_is_solid = unknown == UnknownCells::Wall;
     let world_from_map = pose("world.map_at", file.map_at)?;
     let cell = |side_m| range("world.map_cell_m", side_m, 1e-4..=10.0, "from 0.0001 to 10 m");
     let cell_m = file.map_cell_m.map(cell).transpose()?;

@@ -1,20 +1,23 @@
-//! Checks of `[robots.sonar]`'s ring and of `[robots.navigator.fuzzy]`'s rules.
+//! Checks of `[robots.sonar]`'s ring and of `[robots.mind.follow.fuzzy]`'s rules.
 
 use std::time::Duration;
 
 use geometry::{Polygon, Se2, Transform2, Vec2};
 use messages::N_RING_MAX;
+use navigator::Avoidance;
 use path_following::{
-    fuzzy::{FuzzyConfig, Table, rules_of_letters},
+    fuzzy::{FuzzyConfig, Table, TableKind, rules_of_letters},
     fuzzy_listing::ListingConfig,
 };
 use robot_models::{RingTiming, RobotModel, SonarMount};
+use settings::Choice as _;
 
 use super::super::{
     error::Wrong,
-    file::{FuzzyFile, NavigatorFile, SonarFile},
+    file::{FuzzyFile, GuardFile, SonarFile},
+    words::RingKind,
 };
-use super::common::{Checked, choose, range};
+use super::common::{Checked, chosen, range};
 
 /// How far outside of its robot's outline a sonar may sit, metres.
 const OUTSIDE_MAX_M: f64 = 0.1;
@@ -24,16 +27,16 @@ const AHEAD_MAX_DEG: f64 = 60.0;
 /// Gives the model the ring that the mission asks for.
 pub(super) fn fit(key: &str, file: &SonarFile, model: &mut RobotModel) -> Checked<()> {
     let at = |name: &str| format!("{key}.sonar.{name}");
-    let kind = choose(&at("ring"), &file.ring, &["model", "five", "eight", "own"])?;
-    if kind != 3 && !file.ring_at.is_empty() {
+    let kind: RingKind = chosen(&at("ring"), &file.ring)?;
+    if kind != RingKind::Own && !file.ring_at.is_empty() {
         let needed = "\"own\", because ring_at lists a ring of one's own";
         return Err(Wrong::new(at("ring"), &file.ring, needed));
     }
     match kind {
-        0 => {}
-        1 => adopt("artemic5", model),
-        2 => adopt("artemic8", model),
-        _ => {
+        RingKind::Model => {}
+        RingKind::Five => adopt("artemic5", model),
+        RingKind::Eight => adopt("artemic8", model),
+        RingKind::Own => {
             model.sonars = own(&at("ring_at"), file, model)?;
             model.ring.chain_len = RingTiming::PIONEER.chain_len;
         }
@@ -93,29 +96,29 @@ fn is_at_body(place: Vec2, outline: &Polygon) -> bool {
 }
 
 /// A robot that shall avoid what is ahead must be able to hear it.
-pub(super) fn hears_ahead(key: &str, file: &NavigatorFile, model: &RobotModel) -> Checked<()> {
+pub(super) fn hears_ahead(key: &str, file: &GuardFile, model: &RobotModel) -> Checked<()> {
     let ahead = |mount: &SonarMount| {
         mount.base_from_sensor.se2().yaw_rad.abs().to_degrees() < AHEAD_MAX_DEG
     };
-    if file.avoidance == "off" || model.sonars.iter().any(ahead) {
+    let off = Avoidance::Off.key();
+    if file.method == off || model.sonars.iter().any(ahead) {
         return Ok(());
     }
     let found = format!(
         "\"{}\" with {} sonars, none within 60° of straight ahead",
-        file.avoidance,
+        file.method,
         model.sonars.len()
     );
-    let allowed = "\"off\", or a ring with a sonar that looks ahead";
-    Err(Wrong::prose(format!("{key}.navigator.avoidance"), found, allowed))
+    let allowed = format!("\"{off}\", or a ring with a sonar that looks ahead");
+    Err(Wrong::prose(format!("{key}.mind.guard.method"), found, allowed))
 }
 
 /// Sets and rules of the fuzzy laws on a trail.
 pub(super) fn fuzzy(key: &str, file: &FuzzyFile) -> Checked<(FuzzyConfig, ListingConfig)> {
-    let at = |name: &str| format!("{key}.navigator.fuzzy.{name}");
-    let names = ["antisymmetric", "literal_mirror", "table_5_1", "own"];
-    let kind = choose(&at("table"), &file.table, &names)?;
+    let at = |name: &str| format!("{key}.mind.follow.fuzzy.{name}");
+    let kind: TableKind = chosen(&at("table"), &file.table)?;
     let given = !(file.left_rules.is_empty() && file.right_rules.is_empty());
-    if kind != 3 && given {
+    if kind != TableKind::Own && given {
         let needed = "\"own\", because left_rules or right_rules are given";
         return Err(Wrong::new(at("table"), &file.table, needed));
     }
@@ -125,10 +128,10 @@ pub(super) fn fuzzy(key: &str, file: &FuzzyFile) -> Checked<(FuzzyConfig, Listin
         rules_of_letters(letters).ok_or_else(|| Wrong::new(at(name), letters, needed))
     };
     let table = match kind {
-        0 => Table::Antisymmetric,
-        1 => Table::LiteralMirror,
-        2 => Table::Table51,
-        _ => Table::Own {
+        TableKind::Antisymmetric => Table::Antisymmetric,
+        TableKind::LiteralMirror => Table::LiteralMirror,
+        TableKind::Table51 => Table::Table51,
+        TableKind::Own => Table::Own {
             left: rules("left_rules", &file.left_rules)?,
             right: rules("right_rules", &file.right_rules)?,
         },

@@ -3,20 +3,21 @@
 use std::sync::Arc;
 
 use geometry::{Se2, Vec2};
-use navigator::{NavigatorConfig, NavigatorSettings};
 use path_following::Path;
 use robot_models::{OdometryErrors, RobotModel};
 use run_context::Stamp;
 use sensor_models::SonarModel;
+use settings::Choice as _;
 
 use super::super::{
     error::Wrong,
-    file::{MissionFile, NavigatorFile, OdometryFile, RobotFile, SonarFile, TeleoperatorFile},
-    plan::{LinkPlan, RobotPlan, TagReadersPlan, TeleoperatorPlan},
+    file::{MissionFile, OdometryFile, RobotFile, SonarFile, TeleoperatorFile},
+    plan::{LinkPlan, RobotPlan, TeleoperatorPlan},
+    words::LineKind,
 };
 use super::{
-    common::{Checked, N_LINKS, chosen, link, point, pose, range, seconds, unique},
-    ring, tags,
+    common::{Checked, line, point, pose, range, seconds, unique},
+    mind, ring, tags,
 };
 
 /// Times that a path may be driven.
@@ -51,8 +52,8 @@ fn group(key: &str, file: &RobotFile) -> Checked<Vec<RobotPlan>> {
     let errors = odometry(key, &file.odometry, model.drive.wheelbase_m)?;
     let sonar = sonar(key, &file.sonar)?;
     ring::fit(key, &file.sonar, &mut model)?;
-    ring::hears_ahead(key, &file.navigator, &model)?;
-    let link = link(&format!("{key}.link"), &file.link, N_LINKS)?;
+    ring::hears_ahead(key, &file.mind.guard, &model)?;
+    let link = line(&format!("{key}.line"), &file.line, LineKind::ALL)?;
     let (here, there) = (virtual_robots::has_board(&model), drivers::has_driver(&model));
     let refused = match link {
         LinkPlan::Direct => None,
@@ -61,24 +62,25 @@ fn group(key: &str, file: &RobotFile) -> Checked<Vec<RobotPlan>> {
     };
     if let Some(what) = refused {
         let allowed = format!("`direct`: the line of {} is not {what}", model.title);
-        return Err(Wrong::new(format!("{key}.link.kind"), &file.link.kind, allowed));
+        return Err(Wrong::new(format!("{key}.line.kind"), &file.line.kind, allowed));
     }
     let baud_min = model.line.as_ref().map_or(0, |line| line.baud_min);
     if link.baud() != 0 && link.baud() < baud_min {
         let allowed =
             format!("at least {baud_min} baud, so that the reports of {} fit", model.title);
-        return Err(Wrong::new(format!("{key}.link.baud"), file.link.baud, allowed));
+        return Err(Wrong::new(format!("{key}.line.baud"), file.line.baud, allowed));
     }
     let teleoperator = file.teleoperator.as_ref();
     let teleoperator = teleoperator.map(|t| teleoperator_plan(key, t, file, &link)).transpose()?;
     if matches!(link, LinkPlan::Direct) {
         // There is no SETA without bytes.
-        model.limits.acceleration_max_mps2 = acceleration_mps2(key, &file.navigator)?;
+        model.limits.acceleration_max_mps2 = mind::acceleration_mps2(key, &file.mind.follow)?;
     }
     let model = Arc::new(model);
     let tag_readers = tags::readers(key, file, &link)?;
-    let navigator = Arc::new(navigator(key, file, &model, tag_readers.as_ref())?);
-    let path = path(key, &file.navigator)?;
+    let navigator = Arc::new(mind::mind(key, file, &model, tag_readers.as_ref())?);
+    let path = mind::path(key, &file.mind.how)?;
+    let via = mind::via(key, &file.mind)?;
     let one = |n: usize| {
         let (column, row) = (n % file.row_length, n / file.row_length);
         let shift = Vec2::new(column as f64 * file.spacing_m[0], row as f64 * file.spacing_m[1]);
@@ -92,6 +94,7 @@ fn group(key: &str, file: &RobotFile) -> Checked<Vec<RobotPlan>> {
             link: link.clone(),
             navigator: Arc::clone(&navigator),
             path: path.clone(),
+            via: via.clone(),
             tag_readers: tag_readers.clone(),
             teleoperator: teleoperator.clone(),
         }
@@ -109,7 +112,7 @@ fn teleoperator_plan(
     let at = |name: &str| format!("{key}.teleoperator.{name}");
     if !matches!(link, LinkPlan::Memory(_) | LinkPlan::Direct) {
         let allowed = "`memory` or `direct`: nobody here sees a robot that is elsewhere";
-        return Err(Wrong::new(format!("{key}.link.kind"), &robot.link.kind, allowed));
+        return Err(Wrong::new(format!("{key}.line.kind"), &robot.line.kind, allowed));
     }
     if robot.count != 1 {
         let allowed = "1, because one person drives one robot";
@@ -212,95 +215,5 @@ fn sonar(key: &str, file: &SonarFile) -> Checked<SonarModel> {
         dropout_prob: range(at("dropout_prob"), file.dropout_prob, 0.0..=1.0, "from 0 to 1")?,
         crosstalk_prob: range(at("crosstalk_prob"), file.crosstalk_prob, 0.0..=1.0, "from 0 to 1")?,
         ..SonarModel::default()
-    })
-}
-
-fn acceleration_mps2(key: &str, file: &NavigatorFile) -> Checked<f64> {
-    let at = format!("{key}.navigator.acceleration_mps2");
-    range(at, file.acceleration_mps2, 0.05..=4.0, "from 0.05 to 4 m/s²")
-}
-
-/// The path of the path method; other methods have none.
-fn path(key: &str, file: &NavigatorFile) -> Checked<Option<Path>> {
-    if file.route != "path" {
-        return Ok(None);
-    }
-    let corners: Vec<Vec2> = file.path_m.iter().map(|&[x, y]| Vec2::new(x, y)).collect();
-    Path::polyline(&corners).map(Some).map_err(|e| {
-        let needed = "at least two different corners, finite, for route = \"path\"";
-        Wrong::prose(format!("{key}.navigator.path_m"), e.to_string(), needed)
-    })
-}
-
-/// The cruising speed: within the range of the laws, and what the robot can do.
-fn speed_mps(key: &str, speed_mps: f64, model: &RobotModel) -> Checked<f64> {
-    let speed_mps = range(key, speed_mps, 0.05..=1.0, "from 0.05 to 1 m/s")?;
-    let most_mps = model.limits.speed_max_mps;
-    if speed_mps > most_mps {
-        let allowed = format!("at most {most_mps} m/s, the fastest that {} is", model.title);
-        return Err(Wrong::new(key, speed_mps, allowed));
-    }
-    Ok(speed_mps)
-}
-
-/// A Pioneer's watchdog as it leaves the factory, seconds; a line without bytes loses nothing.
-const WATCHDOG_S: f64 = 2.0;
-
-/// Longest control period along a path, ms.
-const PATH_PERIOD_MAX_MS: u32 = 500;
-
-fn navigator(
-    key: &str,
-    robot: &RobotFile,
-    model: &RobotModel,
-    readers: Option<&TagReadersPlan>,
-) -> Checked<NavigatorConfig> {
-    let file = &robot.navigator;
-    let at = |name: &str| format!("{key}.navigator.{name}");
-    if !(50..=2000).contains(&file.control_period_ms) || !file.control_period_ms.is_multiple_of(10)
-    {
-        let allowed = "a multiple of 10 from 50 to 2000 ms";
-        return Err(Wrong::new(at("control_period_ms"), file.control_period_ms, allowed));
-    }
-    if file.route == "path" && file.control_period_ms > PATH_PERIOD_MAX_MS {
-        let allowed =
-            "at most 500 ms where route = \"path\": seen more seldom, a path is left by metres";
-        return Err(Wrong::new(at("control_period_ms"), file.control_period_ms, allowed));
-    }
-    let within_deg =
-        range(at("goal_within_deg"), file.goal_within_deg, 0.5..=50.0, "from 0.5 to 50 degrees")?;
-    let (trail_fuzzy, trail_listing) = ring::fuzzy(key, &file.fuzzy)?;
-    let settings = NavigatorSettings {
-        trail_fuzzy,
-        trail_listing,
-        method: chosen(&at("route"), &file.route)?,
-        tags: tags::following(key, robot, readers)?,
-        path_controller: chosen(&at("path_controller"), &file.path_controller)?,
-        trail_controller: chosen(&at("trail_controller"), &file.trail_controller)?,
-        avoidance: chosen(&at("avoidance"), &file.avoidance)?,
-        variant: chosen(&at("rebound"), &file.rebound)?,
-        speed_mps: speed_mps(&at("speed_mps"), file.speed_mps, model)?,
-        control_period_s: f64::from(file.control_period_ms) * 1e-3,
-        acceleration_mps2: acceleration_mps2(key, file)?,
-        turn_first: file.turn_first,
-        fit_to_speed: file.fit_to_speed,
-        wait_s: range(at("wait_s"), file.wait_s, 0.0..=60.0, "from 0 to 60 s")?,
-        preview_m: range(at("preview_m"), file.preview_m, 0.0..=20.0, "from 0 to 20 m")?,
-        approach_m: range(at("approach_m"), file.approach_m, 0.1..=5.0, "from 0.1 to 5 m")?,
-        attempts_max: file.attempts_max,
-        goal_tolerance_m: range(
-            at("goal_within_m"),
-            file.goal_within_m,
-            0.01..=1.0,
-            "from 0.01 to 1 m",
-        )?,
-        heading_tolerance_rad: within_deg.to_radians(),
-        range_max_m: robot.sonar.range_max_m,
-        watchdog_s: if robot.link.kind == "direct" { 0.0 } else { WATCHDOG_S },
-        ..NavigatorSettings::for_robot(model)
-    };
-    // What the ranges above let through and the navigator still refuses is said in its own words.
-    NavigatorConfig::try_from(settings).map_err(|e| {
-        Wrong::prose(format!("{key}.navigator"), e.to_string(), "settings that fit together")
     })
 }

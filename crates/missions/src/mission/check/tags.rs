@@ -1,9 +1,10 @@
-//! Checks of `[tags]`, `[robots.tag_readers]` and `[robots.navigator.tags]`.
+//! Checks of `[tags]`, `[robots.tag_readers]` and `[robots.mind.follow.tags]`.
 
 use geometry::Vec2;
-use navigator::{N_TAG_READERS_MAX, TagController, TagSettings};
+use navigator::{Method, N_TAG_READERS_MAX, PoseMethod, TagController, TagSettings};
 use path_following::{TagFollowerConfig, fuzzy::FuzzyConfig};
 use sensor_models::TagReaderModel;
+use settings::Choice as _;
 use simulator::FloorTags;
 
 use super::super::{
@@ -11,7 +12,7 @@ use super::super::{
     file::{MissionFile, RobotFile, TagsFile},
     plan::{LinkPlan, TagReadersPlan, TagsPlan},
 };
-use super::common::{Checked, choose, point, range, seconds};
+use super::common::{Checked, chosen, point, range, seconds};
 
 /// Farthest that a reader may sit from its robot's centre, metres.
 const READER_AWAY_MAX_M: f64 = 1.0;
@@ -73,13 +74,8 @@ fn trails(file: &TagsFile, [x0, y0, x1, y1]: [f64; 4]) -> Checked<Vec<Vec<Vec2>>
     file.trails_m.iter().enumerate().map(check).collect()
 }
 
-fn controller(key: &str, robot: &RobotFile) -> Checked<TagController> {
-    let at = format!("{key}.navigator.tags.controller");
-    let names = ["gradient", "look_ahead"];
-    Ok(match choose(&at, &robot.navigator.tags.controller, &names)? {
-        0 => TagController::Gradient,
-        _ => TagController::LookAhead,
-    })
+fn law(key: &str, robot: &RobotFile) -> Checked<TagController> {
+    chosen(&format!("{key}.mind.follow.tags.law"), &robot.mind.follow.tags.law)
 }
 
 /// `[robots.tag_readers]`: those of a robot that has any, or that follows tags.
@@ -88,17 +84,17 @@ pub(super) fn readers(
     robot: &RobotFile,
     link: &LinkPlan,
 ) -> Checked<Option<TagReadersPlan>> {
-    let follows = robot.navigator.route == "tags";
+    let follows = robot.mind.how.method == Method::Tags.key();
     if robot.tag_readers.is_none() && !follows {
         return Ok(None);
     }
     if !matches!(link, LinkPlan::Memory(_) | LinkPlan::Direct) {
         let allowed = "`memory` or `direct`: the tags are simulated, and the robot is elsewhere";
-        return Err(Wrong::new(format!("{key}.link.kind"), &robot.link.kind, allowed));
+        return Err(Wrong::new(format!("{key}.line.kind"), &robot.line.kind, allowed));
     }
     let file = robot.tag_readers.clone().unwrap_or_default();
     let at = |name: &str| format!("{key}.tag_readers.{name}");
-    let controller = controller(key, robot)?;
+    let controller = law(key, robot)?;
     let places = match (file.at_m.as_slice(), controller) {
         ([], TagController::Gradient) => &TWO_M[..],
         ([], TagController::LookAhead) => &ONE_M[..],
@@ -134,14 +130,14 @@ pub(super) fn readers(
     }))
 }
 
-/// `[robots.navigator.tags]`.
+/// `[robots.mind.follow.tags]`.
 pub(super) fn following(
     key: &str,
     robot: &RobotFile,
     readers: Option<&TagReadersPlan>,
 ) -> Checked<TagSettings> {
-    let file = &robot.navigator.tags;
-    let at = |name: &str| format!("{key}.navigator.tags.{name}");
+    let file = &robot.mind.follow.tags;
+    let at = |name: &str| format!("{key}.mind.follow.tags.{name}");
     for (name, value) in [("error_full", file.error_full), ("change_full", file.change_full)] {
         if !(1..=100_000).contains(&value) {
             return Err(Wrong::new(at(name), value, "from 1 to 100000"));
@@ -160,8 +156,10 @@ pub(super) fn following(
         hold_m: range(at("hold_m"), file.hold_m, 0.05..=2.0, "from 0.05 to 2 m")?,
         ..TagFollowerConfig::default()
     };
-    let controller = controller(key, robot)?;
-    let corrects_pose = file.corrects_pose;
+    let controller = law(key, robot)?;
+    let where_am_i = &robot.mind.where_am_i.method;
+    let pose_method: PoseMethod = chosen(&format!("{key}.mind.where_am_i.method"), where_am_i)?;
+    let corrects_pose = pose_method == PoseMethod::TagFixes;
     Ok(match readers {
         Some(readers) if readers.in_base.len() == 2 || controller == TagController::LookAhead => {
             let readers_in_base = readers.in_base.clone();

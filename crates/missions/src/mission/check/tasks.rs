@@ -1,6 +1,6 @@
 //! Checks of `[decision]`, `[[events]]` and `[success]`.
 
-use decision::{DateTime, Diagnostic, Failsafe, Mode, MovePoints, MoveSignal, Program, Severity};
+use decision::{DateTime, Diagnostic, Failsafe, Mode, MovePoints, Program, Severity};
 use messages::FailureReason;
 use run_context::Stamp;
 
@@ -11,13 +11,14 @@ use super::super::{
         Action, DecisionPlan, DevicePlan, DeviceWiring, EventPlan, FailsafeOutput, GoalPose,
         LinkPlan, ProgramAction, Requirement, RobotPlan,
     },
+    words::{EventKind, LineKind},
 };
 use crate::{
     asked::Asked,
     cut::{Direction, Line},
 };
 
-use super::common::{Checked, N_SIMULATED_LINKS, choose, link, named, point, pose, range, seconds};
+use super::common::{Checked, chosen, line, named, picked, point, pose, range, seconds};
 use super::keys;
 
 /// Greatest coordinate of a goal that a link with bytes carries, metres: 32 767 mm, rounded down.
@@ -33,8 +34,7 @@ pub(super) fn decision(
         let allowed = "the program, or instead program_file with the name of its file";
         return Err(Wrong::prose("decision.program", "absent", allowed));
     };
-    let listing_mode = choose("decision.mode", &file.mode, &["corrected", "listing"])? == 1;
-    let mode = if listing_mode { Mode::Listing } else { Mode::Corrected };
+    let mode: Mode = chosen("decision.mode", &file.mode)?;
     let program = compiled(source, mode)?;
     let names: Vec<&str> = robots.iter().map(|r| r.name.as_str()).collect();
     let robot = match file.robot.as_str() {
@@ -48,7 +48,7 @@ pub(super) fn decision(
     Ok(DecisionPlan {
         source: source.clone(),
         program,
-        listing_mode,
+        listing_mode: mode == Mode::Listing,
         robot,
         points: points(file, devices)?,
         failsafe: failsafe(devices),
@@ -56,7 +56,7 @@ pub(super) fn decision(
         clock: clock(&file.clock, mode)?,
         watchdog: seconds(watchdog_s),
         answer_within: seconds(answer_s),
-        link: link("decision.link", &file.link, N_SIMULATED_LINKS)?,
+        link: line("decision.line", &file.line, LineKind::SIMULATED)?,
     })
 }
 
@@ -96,10 +96,7 @@ fn points(file: &DecisionFile, devices: &[DevicePlan]) -> Checked<MovePoints> {
             return Err(Wrong::new(key, number, format!("another input than {other}")));
         }
     }
-    let signal = match choose("decision.completion", &file.completion, &["level", "pulse"])? {
-        0 => MoveSignal::Level,
-        _ => MoveSignal::Pulse,
-    };
+    let signal = chosen("decision.completion", &file.completion)?;
     let (busy, done, failed) = (file.busy_input, file.arrived_input, file.failed_input);
     Ok(MovePoints { busy, done, failed, signal })
 }
@@ -160,22 +157,26 @@ pub(super) fn events(
     Ok(events)
 }
 
-/// `cut_link`, `restore_link`: the robots, the line, which way.
-fn link_event(
+/// `cut_line`, `restore_line`: the robots, the line, which way.
+fn line_event(
     key: &str,
     file: &EventFile,
     robots: &[RobotPlan],
     has_server: bool,
 ) -> Checked<(Vec<usize>, Line, Direction)> {
     let at = |name: &str| format!("{key}.{name}");
-    let line = Line::ALL[choose(&at("line"), &file.line, &Line::ALL.map(Line::name))?];
+    let line: Line = chosen(&at("line"), &file.line)?;
     if line == Line::Pheromones && !has_server {
-        let allowed = "`robot` or `ground`, because the mission has no [pheromones]";
+        let allowed = "another line, because the mission has no [pheromones]";
         return Err(Wrong::new(at("line"), &file.line, allowed));
     }
-    let names = line.direction_names();
-    let direction = if file.direction.is_empty() { names[0] } else { &file.direction };
-    let direction = Direction::ALL[choose(&at("direction"), direction, &names)?];
+    let direction = match file.direction.as_str() {
+        "" => Direction::Both,
+        given => {
+            let words = Direction::ALL.into_iter().map(|d| (line.direction_name(d), d));
+            picked(&at("direction"), given, words)?
+        }
+    };
     Ok((robots_named(key, &file.robot, robots)?, line, direction))
 }
 
@@ -187,24 +188,20 @@ fn event(
     (has_server, has_program): (bool, bool),
 ) -> Checked<EventPlan> {
     let at_s = range(format!("{key}.at_s"), file.at_s, 0.0..=86_400.0, "from 0 to 86400 s")?;
-    let kind = keys::index_of(key, file, has_program)?;
+    let kind = keys::kind_of(key, file, has_program)?;
     let action = match kind {
-        0 | 1 => {
-            let names: Vec<&str> = devices.iter().map(|d| d.name.as_str()).collect();
-            let device = named(&format!("{key}.device"), &file.device, &names)?;
-            if !matches!(devices[device].wiring, DeviceWiring::Button { .. }) {
-                return Err(Wrong::new(format!("{key}.device"), &file.device, "a button"));
-            }
-            Action::Button { device, pressed: kind == 0 }
+        EventKind::Press => Action::Button { device: button(key, file, devices)?, pressed: true },
+        EventKind::Release => {
+            Action::Button { device: button(key, file, devices)?, pressed: false }
         }
-        2 => {
+        EventKind::Goal => {
             let sent = robots_named(key, &file.robot, robots)?;
             let pose = goal(key, file.pose, file.pose_from_start)?;
             goal_fits_the_link(key, pose, sent.iter().map(|&i| &robots[i]))?;
             Action::Goal { robots: sent, pose }
         }
-        3 => Action::Stop { robots: robots_named(key, &file.robot, robots)? },
-        4 => {
+        EventKind::Stop => Action::Stop { robots: robots_named(key, &file.robot, robots)? },
+        EventKind::PlaceBox => {
             let Some(at) = file.at_m else {
                 return Err(Wrong::prose(format!("{key}.at_m"), "absent", "x and y (m)"));
             };
@@ -215,29 +212,43 @@ fn event(
                 size_m: range(format!("{key}.size_m"), size, 0.05..=3.0, "from 0.05 to 3 m")?,
             }
         }
-        5 | 6 => {
-            let (robots, line, direction) = link_event(key, file, robots, has_server)?;
-            Action::Link { robots, line, direction, cut: kind == 5 }
+        EventKind::CutLine | EventKind::RestoreLine => {
+            let (robots, line, direction) = line_event(key, file, robots, has_server)?;
+            Action::Link { robots, line, direction, cut: kind == EventKind::CutLine }
         }
-        7 => Action::Program(ProgramAction::Stop),
-        8 => Action::Program(ProgramAction::Run),
-        9 => {
+        EventKind::StopProgram => Action::Program(ProgramAction::Stop),
+        EventKind::RunProgram => Action::Program(ProgramAction::Run),
+        EventKind::StallProgram => {
             let Some(for_s) = file.for_s else {
                 return Err(Wrong::prose(format!("{key}.for_s"), "absent", "from 0.01 to 3600 s"));
             };
             range(format!("{key}.for_s"), for_s, 0.01..=3600.0, "from 0.01 to 3600 s")?;
             Action::Program(ProgramAction::Stall { n_steps: (for_s * 100.0).round() as u64 })
         }
-        11.. => {
-            let robots = robots_named(key, &file.robot, robots)?;
-            Action::Ask { robots, asked: Asked::ALL[kind - 11] }
-        }
-        _ if file.thing.is_empty() => {
+        EventKind::TestLine => ask(key, file, robots, Asked::Link)?,
+        EventKind::ReportSonar => ask(key, file, robots, Asked::Sonar)?,
+        EventKind::Restart => ask(key, file, robots, Asked::Restart)?,
+        EventKind::Remove if file.thing.is_empty() => {
             return Err(Wrong::new(format!("{key}.thing"), "", "the name of a thing"));
         }
-        _ => Action::Remove { name: file.thing.clone() },
+        EventKind::Remove => Action::Remove { name: file.thing.clone() },
     };
     Ok(EventPlan { at: Stamp::ZERO + seconds(at_s), after_arrival: file.after_arrival, action })
+}
+
+/// `press`, `release`: the button.
+fn button(key: &str, file: &EventFile, devices: &[DevicePlan]) -> Checked<usize> {
+    let names: Vec<&str> = devices.iter().map(|d| d.name.as_str()).collect();
+    let device = named(&format!("{key}.device"), &file.device, &names)?;
+    if !matches!(devices[device].wiring, DeviceWiring::Button { .. }) {
+        return Err(Wrong::new(format!("{key}.device"), &file.device, "a button"));
+    }
+    Ok(device)
+}
+
+/// `test_line`, `report_sonar`, `restart`: what the ground asks robots.
+fn ask(key: &str, file: &EventFile, robots: &[RobotPlan], asked: Asked) -> Checked<Action> {
+    Ok(Action::Ask { robots: robots_named(key, &file.robot, robots)?, asked })
 }
 
 /// The robots of a group or the one robot of that name.
@@ -287,8 +298,7 @@ fn reason(key: &str, name: &str) -> Checked<Option<FailureReason>> {
     if name.is_empty() {
         return Ok(None);
     }
-    let index = choose(key, name, &FailureReason::ALL.map(FailureReason::key))?;
-    Ok(FailureReason::ALL.get(index).copied())
+    chosen(key, name).map(Some)
 }
 
 /// `[success]`.

@@ -2,14 +2,16 @@
 //!
 //! A key counts as given when it differs from its default: the resolved text of a mission has all of them.
 
-use navigator::TrailController;
+use navigator::{Method, TrailController};
+use settings::Choice as _;
 
 use crate::mission::{
     file::{
-        DecisionFile, LinkFile, MissionFile, NavigatorFile, PersonFile, PheromonesFile,
-        RandomBoxesFile, RobotFile, WorldFile,
+        DecisionFile, LineFile, MindFile, MissionFile, PersonFile, PheromonesFile, RandomBoxesFile,
+        RobotFile, WorldFile,
     },
     plan::{Action, DevicePlan, DeviceWiring, EventPlan},
+    words::{DeviceKind, EventKind, LineKind},
 };
 
 /// A sentence for each group of keys that do nothing, in the order of the file's tables.
@@ -26,7 +28,7 @@ pub(super) fn unused(
     }
     pheromones(file, events, found);
     if let Some(decision) = &file.decision {
-        link("decision.link", &decision.link, &DecisionFile::default().link, found);
+        line("decision.line", &decision.line, &DecisionFile::default().line, found);
     }
 }
 
@@ -72,12 +74,15 @@ fn world(file: &WorldFile, found: &mut Vec<String>) {
 }
 
 fn wiring(file: &MissionFile, devices: &[DevicePlan], found: &mut Vec<String>) {
-    for (i, device) in file.devices.iter().enumerate().filter(|(_, d)| d.kind != "motion") {
+    for (i, device) in
+        file.devices.iter().enumerate().filter(|(_, d)| d.kind != DeviceKind::Motion.key())
+    {
         let why = format!("only a motion detector watches an area, and this is a {}", device.kind);
         idle(&format!("devices[{i}]"), &[("area_m", !device.area_m.is_empty())], &why, found);
     }
     for (i, event) in file.events.iter().enumerate() {
-        let pressed = matches!(event.action.as_str(), "press" | "release");
+        let pressed =
+            [EventKind::Press, EventKind::Release].iter().any(|kind| event.action == kind.key());
         let device = devices.iter().find(|d| pressed && d.name == event.device);
         let Some(DeviceWiring::Button { input }) = device.map(|d| &d.wiring) else { continue };
         let why = match (input, &file.decision) {
@@ -96,67 +101,75 @@ fn robot(key: &str, file: &RobotFile, found: &mut Vec<String>) {
         let keys = [("spacing_m", apart), ("row_length", file.row_length != usual.row_length)];
         idle(key, &keys, "count = 1: there are no rows of robots", found);
     }
-    link(&format!("{key}.link"), &file.link, &LinkFile::default(), found);
-    navigator(&format!("{key}.navigator"), &file.navigator, found);
+    line(&format!("{key}.line"), &file.line, &LineFile::default(), found);
+    mind(&format!("{key}.mind"), &file.mind, found);
 }
 
-/// `usual`: what a link of that place is when nothing is given.
-fn link(key: &str, file: &LinkFile, usual: &LinkFile, found: &mut Vec<String>) {
-    let kind = file.kind.as_str();
-    let is_memory = kind == "memory";
+/// `usual`: what a line of that place is when nothing is given.
+fn line(key: &str, file: &LineFile, usual: &LineFile, found: &mut Vec<String>) {
+    let Ok(kind) = settings::chosen::<LineKind>(key, &file.kind) else { return };
+    let (is_memory, is_serial) = (kind == LineKind::Memory, kind == LineKind::Serial);
     let keys = [
-        ("baud", file.baud != usual.baud && !is_memory && kind != "serial"),
+        ("baud", file.baud != usual.baud && !is_memory && !is_serial),
         ("latency_ms", differs(file.latency_ms, usual.latency_ms) && !is_memory),
         ("jitter_ms", differs(file.jitter_ms, usual.jitter_ms) && !is_memory),
         ("loss_prob", differs(file.loss_prob, usual.loss_prob) && !is_memory),
         ("corruption_prob", differs(file.corruption_prob, usual.corruption_prob) && !is_memory),
-        ("address", !file.address.is_empty() && kind != "tcp"),
-        ("device", !file.device.is_empty() && kind != "serial"),
+        ("address", !file.address.is_empty() && kind != LineKind::Tcp),
+        ("device", !file.device.is_empty() && !is_serial),
     ];
     let why = match kind {
-        "memory" => {
+        LineKind::Memory => {
             "kind = \"memory\" is a line that is simulated here; address is for `tcp`, device for `serial`"
         }
-        "direct" => {
+        LineKind::Direct => {
             "kind = \"direct\" carries no bytes; `memory` has them, with baud rate, delay and faults"
         }
-        "tcp" => "kind = \"tcp\" is a real line, which takes its own time; it reads address",
-        _ => "kind = \"serial\" is a real line, which takes its own time; it reads device and baud",
+        LineKind::Tcp => {
+            "kind = \"tcp\" is a real line, which takes its own time; it reads address"
+        }
+        LineKind::Serial => {
+            "kind = \"serial\" is a real line, which takes its own time; it reads device and baud"
+        }
     };
     idle(key, &keys, why, found);
 }
 
-fn navigator(key: &str, file: &NavigatorFile, found: &mut Vec<String>) {
-    let usual = NavigatorFile::default();
-    let route = &file.route;
-    if route != "path" {
+fn mind(key: &str, file: &MindFile, found: &mut Vec<String>) {
+    let usual = MindFile::default();
+    let (how, follow) = (&file.how, &file.follow);
+    let Ok(method) = settings::chosen::<Method>(key, &how.method) else { return };
+    let word = method.key();
+    if method != Method::Path {
+        let why = format!("how.method = \"{word}\"; `path` reads them");
         let keys = [
-            ("path_m", !file.path_m.is_empty()),
-            ("path_controller", file.path_controller != usual.path_controller),
+            ("how.path_m", !how.path_m.is_empty()),
+            ("follow.path_law", follow.path_law != usual.follow.path_law),
         ];
-        idle(key, &keys, &format!("route = \"{route}\"; `path` reads them"), found);
+        idle(key, &keys, &why, found);
     }
-    // Tags are followed by laws of their own.
-    if route == "tags" {
+    if method != Method::Tags {
+        let why = format!("how.method = \"{word}\"; `tags` reads them");
+        idle(key, &[("follow.tags", follow.tags != usual.follow.tags)], &why, found);
+    }
+    if method != Method::Trail {
+        let why = format!("how.method = \"{word}\"; `trail` reads them");
+        let keys = [
+            ("follow.trail_law", follow.trail_law != usual.follow.trail_law),
+            ("follow.fuzzy", follow.fuzzy != usual.follow.fuzzy),
+        ];
+        idle(key, &keys, &why, found);
         return;
     }
-    if route != "trail" {
-        let keys = [
-            ("trail_controller", file.trail_controller != usual.trail_controller),
-            ("fuzzy", file.fuzzy != usual.fuzzy),
-        ];
-        idle(key, &keys, &format!("route = \"{route}\"; `trail` reads them"), found);
-        return;
-    }
-    let Some(law) = TrailController::by_key(&file.trail_controller) else { return };
-    let (word, fuzzy) = (law.key(), &file.fuzzy);
+    let Some(law) = TrailController::by_key(&follow.trail_law) else { return };
+    let (word, fuzzy) = (law.key(), &follow.fuzzy);
     if !law.has_rules() {
-        let why = format!("trail_controller = \"{word}\"; {} have sets and rules", with_rules());
-        idle(key, &[("fuzzy", *fuzzy != usual.fuzzy)], &why, found);
+        let why = format!("trail_law = \"{word}\"; {} have sets and rules", with_rules());
+        idle(key, &[("follow.fuzzy", *fuzzy != usual.follow.fuzzy)], &why, found);
     } else if !law.has_own_speeds() {
-        let given = fuzzy.listing_mean_mmps != usual.fuzzy.listing_mean_mmps;
-        let why = format!("trail_controller = \"{word}\"; `listing` has a speed of its own");
-        idle(&format!("{key}.fuzzy"), &[("listing_mean_mmps", given)], &why, found);
+        let given = fuzzy.listing_mean_mmps != usual.follow.fuzzy.listing_mean_mmps;
+        let why = format!("trail_law = \"{word}\"; `listing` has a speed of its own");
+        idle(&format!("{key}.follow.fuzzy"), &[("listing_mean_mmps", given)], &why, found);
     }
 }
 
@@ -180,14 +193,14 @@ fn pheromones(file: &MissionFile, events: &[EventPlan], found: &mut Vec<String>)
         ];
         idle("pheromones", &keys, "the matrix of map has its own values and size", found);
     }
-    link("pheromones.link", &table.link, &usual.link, found);
-    let smells = file.robots.iter().any(|robot| robot.navigator.route == "trail");
+    line("pheromones.line", &table.line, &usual.line, found);
+    let smells = file.robots.iter().any(|robot| robot.mind.how.method == Method::Trail.key());
     let holds_boxes = file.world.random_boxes.iter().any(|b| !b.along_trail_m.is_empty());
     let is_cut =
         |action: &Action| matches!(action, Action::Link { line: crate::cut::Line::Pheromones, .. });
     if !smells && !holds_boxes && !events.iter().any(|event| is_cut(&event.action)) {
         found.push(
-            "[pheromones]: nobody asks the server, because no robot has route = \"trail\""
+            "[pheromones]: nobody asks the server, because no robot has mind.how.method = \"trail\""
                 .to_owned(),
         );
     }

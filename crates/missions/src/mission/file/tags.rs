@@ -1,4 +1,4 @@
-//! The tables about tags in the floor, the readers over them, and the law that follows them.
+//! `[tags]` and `[robots.tag_readers]`: tags in the floor, and the readers over them.
 
 use serde::{Deserialize, Serialize};
 
@@ -64,43 +64,6 @@ impl Default for TagReadersFile {
             miss_prob: 0.05,
             anti_collision: true,
             amplify: 0,
-        }
-    }
-}
-
-/// `[robots.navigator.tags]`: how `route = "tags"` follows them.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct TagFollowingFile {
-    /// `gradient` (two readers, fuzzy) or `look_ahead` (the point that each tag stores, pure pursuit).
-    pub controller: String,
-    /// Difference of the two readers' intensities from which on the outermost fuzzy set is fully true.
-    pub error_full: u32,
-    /// The same for its change over 6 cm of way.
-    pub change_full: u32,
-    /// L as a ratio of M, the cruising speed.
-    pub slow_ratio: f64,
-    /// H as a ratio of M.
-    pub fast_ratio: f64,
-    /// Way over which what was read is smoothed, m.
-    pub smooth_m: f64,
-    /// Way without a read after which a reader smells nothing any more, m.
-    pub hold_m: f64,
-    /// Whether the coordinates that tags store correct where the robot believes to be.
-    pub corrects_pose: bool,
-}
-
-impl Default for TagFollowingFile {
-    fn default() -> Self {
-        Self {
-            controller: "gradient".into(),
-            error_full: 150,
-            change_full: 60,
-            slow_ratio: 0.0,
-            fast_ratio: 2.0,
-            smooth_m: 0.05,
-            hold_m: 0.3,
-            corrects_pose: true,
         }
     }
 }
