@@ -18,12 +18,14 @@ mod missions;
 mod output;
 mod parse;
 mod pheromone_server;
+mod plan;
 mod rdpl;
 mod replay;
 mod reproduce;
 mod robot;
 mod run;
 mod serve;
+mod world_map;
 
 use std::process::ExitCode;
 
@@ -66,6 +68,7 @@ enum Command {
     Config(config::Args),
     Map(Box<map::Args>),
     Graph(graph::Args),
+    Plan(plan::Args),
     Completions(completions::Args),
 }
 
@@ -89,6 +92,7 @@ fn main() -> ExitCode {
         Some(Command::Config(args)) => config::main(&args),
         Some(Command::Map(args)) => map::main(&args),
         Some(Command::Graph(args)) => graph::main(&args),
+        Some(Command::Plan(args)) => plan::main(&args),
         Some(Command::Completions(args)) => Ok(completions::main(&args, Cli::command())),
     };
     match outcome {

@@ -11,7 +11,6 @@ use std::{
 
 use anyhow::{Context, bail};
 use geometry::{Polygon, Se2, Vec2};
-use missions::Mission;
 use robot_models::RobotModel;
 use run_context::RunSeed;
 use serde_json::{Value, json};
@@ -24,6 +23,7 @@ use crate::{
     output::{Format, complain, say},
     parse,
     serve::{self, Door, Log, Peer},
+    world_map,
 };
 use memory::RobotLine;
 use numbers::{numbers, parse_pose};
@@ -388,17 +388,12 @@ fn describe(event: &ServedEvent) -> (&'static str, String, Value) {
 
 /// The world, and where a robot would begin in it.
 fn load_world(name: &str, seed: RunSeed) -> anyhow::Result<(World, Option<Se2>)> {
-    if name.to_ascii_lowercase().ends_with(".map.gz") {
-        bail!("{name} is packed: unpack it first (gunzip --keep {name}) and give the .map file");
-    }
     let path = Path::new(name);
-    let ends_with = |ends: &[&str]| {
-        path.extension().is_some_and(|found| ends.iter().any(|end| found.eq_ignore_ascii_case(end)))
-    };
-    if ends_with(&["map"]) {
+    if path.extension().is_some_and(|end| end.eq_ignore_ascii_case("map")) {
         let text = files::read(path, "the map", files::Limit::TEXT, &mut |_, _| ())?;
         let text = String::from_utf8_lossy(&text);
         if MapFormat::of(&text) != Some(MapFormat::MovingAi) {
+            // A mission knows nothing of the map's home.
             let map = activmedia_map::parse(&text)
                 .with_context(|| format!("{name} is not an ActivMedia 2-D map"))?;
             map.warnings.iter().for_each(|warning| complain!("{name}: {warning}"));
@@ -406,27 +401,9 @@ fn load_world(name: &str, seed: RunSeed) -> anyhow::Result<(World, Option<Se2>)>
             return Ok((world, map.home));
         }
     }
-    let mission = if ends_with(&["map", "yaml", "yml"]) {
-        world_of_map(path)?
-    } else {
-        Mission::load(name, &[])?
-    };
+    let mission = world_map::mission(name)?;
     let (world, start) = missions::world_of(&mission, seed)?;
     Ok((world, start))
-}
-
-/// A mission whose world is a map of cells, and nothing else.
-fn world_of_map(path: &Path) -> anyhow::Result<Mission> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let text = format!("[mission]\nname = \"map\"\n[world]\nmap = {}\n", toml::Value::from(&*name));
-    let origin = path.display().to_string();
-    let folder = folder.unwrap_or(Path::new("."));
-    let mission = Mission::parse_in(folder, &origin, &text, &[])?;
-    let warnings = mission.warnings();
-    let notes = warnings.iter().filter_map(|warning| warning.strip_prefix("world.map: "));
-    notes.for_each(|note| complain!("{origin}: {note}"));
-    Ok(mission)
 }
 
 /// What is in the world beside what the map says.

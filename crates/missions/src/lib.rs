@@ -25,6 +25,7 @@
 
 mod asked;
 mod cut;
+mod floor;
 mod intervention;
 mod mission;
 mod outline;
@@ -38,6 +39,7 @@ mod verdict;
 mod view;
 
 pub use cut::{Direction, Line};
+pub use floor::{Floor, FloorError};
 pub use intervention::{Intervention, InterventionError, RecordedIntervention};
 pub use mission::{
     ExpectedVerdict, Mission, MissionError, SettingError, ShippedInfo, WordList, file,

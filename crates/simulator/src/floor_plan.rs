@@ -298,6 +298,13 @@ fn lines_and_points(map: &activmedia_map::MapFile, rules: &FloorPlanRules) -> Fl
 }
 
 impl FloorPlan {
+    /// Its solid cells, the side of one (m), and where their lower left corner lies in the world; `None` for a map of
+    /// lines and points.
+    pub fn cells(&self) -> Option<(&SolidCells, f64, Se2)> {
+        let Cells { solid, side_m, picture_from_world } = self.cells.as_ref()?;
+        Some((solid, *side_m, picture_from_world.inverse()))
+    }
+
     /// The place (world frame, m) that is farthest from everything solid, and how far that is, m: somewhere to put a
     /// robot. The middle of a cell; of equally wide ones the lowest, then the leftmost. Where nothing is known beyond
     /// the picture its border counts as solid. `None` for a map of lines and points. O(cells).
