@@ -1,7 +1,5 @@
 //! `cairn plan` as people use it.
 
-#![expect(clippy::unwrap_used, reason = "a failing helper fails its test")]
-
 mod support;
 
 use support::Place;
