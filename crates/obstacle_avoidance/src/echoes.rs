@@ -10,7 +10,7 @@ use std::time::Duration;
 use geometry::{Se2, Vec2};
 use run_context::Stamp;
 
-use crate::{Footprint, RangeSensor};
+use crate::{Footprint, RangeSensor, footprint::distance_to_segment_m};
 
 /// Settings of an [`EchoMemory`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -261,15 +261,6 @@ impl EchoMemory {
             *oldest = echo;
         }
     }
-}
-
-/// Distance (m) from a point to a segment, which may be a point itself.
-pub(crate) fn distance_to_segment_m(point: Vec2, from: Vec2, to: Vec2) -> f64 {
-    let along = to - from;
-    let length2 = along.norm_squared();
-    let share =
-        if length2 > 0.0 { ((point - from).dot(&along) / length2).clamp(0.0, 1.0) } else { 0.0 };
-    (point - from - along * share).norm()
 }
 
 #[cfg(test)]

@@ -67,7 +67,7 @@ impl Footprint {
         if self.depth_m(in_base) >= 0.0 {
             return 0.0;
         }
-        let to_edge = |(a, b)| crate::echoes::distance_to_segment_m(in_base, a, b);
+        let to_edge = |(a, b)| distance_to_segment_m(in_base, a, b);
         self.edges().map(to_edge).fold(f64::INFINITY, f64::min)
     }
 
@@ -98,6 +98,15 @@ impl Footprint {
         let corners = self.corners();
         (0..corners.len()).map(move |i| (corners[i], corners[(i + 1) % corners.len()]))
     }
+}
+
+/// Distance (m) from a point to a segment, which may be a point itself.
+pub(crate) fn distance_to_segment_m(point: Vec2, from: Vec2, to: Vec2) -> f64 {
+    let along = to - from;
+    let length2 = along.norm_squared();
+    let share =
+        if length2 > 0.0 { ((point - from).dot(&along) / length2).clamp(0.0, 1.0) } else { 0.0 };
+    (point - from - along * share).norm()
 }
 
 #[cfg(test)]

@@ -26,8 +26,6 @@ const N_FILES_IN_CIRCLES: &[(&str, usize)] = &[
     ("experiments", 7),
     ("geometry", 2),
     ("missions", 16),
-    ("navigator", 7),
-    ("obstacle_avoidance", 2),
     ("pheromones", 2),
     ("sensor_models", 2),
     ("simulator", 3),

@@ -14,49 +14,7 @@ use path_following::{
 
 use messages::TagRead;
 
-/// Most readers on a robot.
-pub const N_TAG_READERS_MAX: usize = 2;
-
-/// Which of the thesis's variants.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum TagController {
-    /// A: two readers, fuzzy on the difference of the intensities.
-    #[default]
-    Gradient,
-    /// B: one reader, pure pursuit of the look-ahead point that each tag stores.
-    LookAhead,
-}
-
-settings::choices!(TagController {
-    Gradient = "gradient": "two readers, a fuzzy controller on the difference of what they read",
-    LookAhead = "look_ahead": "one reader, drives the arc through the point ahead that each tag stores",
-});
-
-/// How a trail of tags is followed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TagSettings {
-    /// The law.
-    pub controller: TagController,
-    /// Where the readers are (m, base frame): left and right, or one for the look-ahead law.
-    pub readers_in_base: Vec<Vec2>,
-    /// The antennas and the fuzzy law; its greatest wheel speed is that of the navigator.
-    pub follower: TagFollowerConfig,
-    /// Whether the coordinates that tags store correct where the robot believes to be.
-    pub corrects_pose: bool,
-}
-
-impl Default for TagSettings {
-    /// Two readers 0.25 m apart under the front of a Pioneer: two and a half tags, so that one of them
-    /// passes over a row of tags where the other passes between two.
-    fn default() -> Self {
-        Self {
-            controller: TagController::default(),
-            readers_in_base: vec![Vec2::new(0.18, 0.125), Vec2::new(0.18, -0.125)],
-            follower: TagFollowerConfig::default(),
-            corrects_pose: true,
-        }
-    }
-}
+use crate::settings::{N_TAG_READERS_MAX, TagController, TagSettings};
 
 /// Pieces in which the robot turns around itself.
 const N_LOOKS: u32 = 3;
@@ -450,11 +408,6 @@ impl TagTrail {
         let [left, right] = self.follower.levels();
         (left, right)
     }
-
-    /// Whether the coordinates of tags count.
-    pub(crate) fn corrects_pose(&self) -> bool {
-        self.settings.corrects_pose
-    }
 }
 
 impl Crumbs {
@@ -525,5 +478,5 @@ impl Looks {
 }
 
 #[cfg(test)]
-#[path = "tags_tests.rs"]
+#[path = "tag_trail_tests.rs"]
 mod tests;

@@ -36,13 +36,13 @@ impl Pair {
 
 /// The last pairs.
 #[derive(Clone, Debug)]
-pub(crate) struct TagFix {
+pub(crate) struct TagFixes {
     pairs: [Pair; N_PAIRS],
     n_pairs: usize,
     next: usize,
 }
 
-impl TagFix {
+impl TagFixes {
     pub(crate) fn new() -> Self {
         Self { pairs: [Pair::default(); N_PAIRS], n_pairs: 0, next: 0 }
     }
@@ -103,7 +103,7 @@ mod tests {
 
     /// Tags along a bent way, seen from a dead reckoning that is turned and shifted; each a little off.
     fn fixed(truth: Se2, believed: Se2, n_tags: u32, spacing_m: f64) -> (Se2, bool) {
-        let mut fix = TagFix::new();
+        let mut fix = TagFixes::new();
         let (mut found, mut turns) = (believed, false);
         for k in 0..n_tags {
             let along = spacing_m * f64::from(k);
@@ -142,7 +142,7 @@ mod tests {
             let (found, turns) = fixed(truth, believed, n_tags, spacing_m);
             assert!(!turns && (found.yaw_rad - 0.3).abs() < 1e-12, "{n_tags}: {found:?}");
         }
-        let mut fix = TagFix::new();
+        let mut fix = TagFixes::new();
         assert_eq!(fix.corrected(believed), (believed, false));
         fix.note(1, Vec2::zeros(), Vec2::zeros());
         fix.clear();

@@ -8,7 +8,6 @@ use path_following::{
     fuzzy::{FuzzyConfig, FuzzyController},
     signed_line_error_m, widths,
 };
-use robot_models::WheelSpeeds;
 use run_context::Stamp;
 
 /// Error at which the line's outermost fuzzy set is fully true, metres, at up to [`LAYOUT_MPS`].
@@ -50,8 +49,8 @@ struct Seen {
 #[derive(Clone, Debug)]
 pub(crate) struct LineSteering {
     controller: FuzzyController,
-    pub(crate) error_m: f64,
-    pub(crate) saturated: bool,
+    error_m: f64,
+    saturated: bool,
     seen: Option<Seen>,
     change_m: f64,
 }
@@ -68,6 +67,21 @@ impl LineSteering {
         };
         let controller = FuzzyController::new(config)?;
         Ok(Self { controller, error_m: 0.0, saturated: false, seen: None, change_m: 0.0 })
+    }
+
+    /// The last error, metres, positive to the right of the line.
+    pub(crate) fn error_m(&self) -> f64 {
+        self.error_m
+    }
+
+    /// Whether a step since the last [`forget_saturation`](Self::forget_saturation) turned as sharply as it can, far off
+    /// its line.
+    pub(crate) fn is_saturated(&self) -> bool {
+        self.saturated
+    }
+
+    pub(crate) fn forget_saturation(&mut self) {
+        self.saturated = false;
     }
 
     /// Wheel speeds for a robot seen so, towards `to` along the line from `from`, around `speed_mps`.
@@ -170,17 +184,13 @@ impl TrailSteering {
     }
 }
 
-/// The same speeds as the robots' crate names them.
-pub(crate) fn to_wheels(wheels: WheelReference) -> WheelSpeeds {
-    WheelSpeeds { left_mps: wheels.left_mps, right_mps: wheels.right_mps }
-}
-
 #[cfg(test)]
 mod tests {
     use geometry::Twist;
     use robot_models::DriveGeometry;
 
     use super::*;
+    use crate::values::to_wheels;
 
     const DRIVE: DriveGeometry = DriveGeometry {
         wheelbase_m: 0.38,
