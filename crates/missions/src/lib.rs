@@ -47,13 +47,14 @@ pub use mission::{
 pub use outline::{Mark, Outline};
 pub use record::{RecordError, Recorder};
 pub use replay::{Divergence, Replay, ReplayError, ReplayReport, Seek};
-pub use run::{DRIVE_HOLD, Run, RunError, STEP, can_start, world_of};
+pub use run::{DRIVE_HOLD, PLOTS, Plot, Run, RunError, SIGNALS, STEP, Signal, can_start, world_of};
 pub use sensing::{PoseReport, RingRow, SensedRun, SensedStep, SensorLog, sense};
 pub use summary::{Figure, Summary};
 pub use transport::{MemoryTransport, SerialTransport, TcpTransport, Transport, TransportError};
 pub use verdict::{Check, Verdict};
 pub use view::{
     LogItem, LogLevel, Pose, Scene, SceneDevice, SceneFunction, SceneLink, SceneOperand,
-    ScenePheromones, SceneProgram, SceneRobot, SceneSonar, SceneTags, SceneThing, SceneWall,
-    TraceItem, ViewDecision, ViewFigures, ViewPerson, ViewPose, ViewRobot, ViewState, ViewTimer,
+    ScenePheromones, SceneProgram, SceneRobot, SceneScanner, SceneSonar, SceneTags, SceneThing,
+    SceneWall, TraceItem, ViewDecision, ViewFigures, ViewPerson, ViewPose, ViewRobot, ViewScan,
+    ViewState, ViewTimer,
 };

@@ -37,7 +37,7 @@ use serde_json::{Value, json};
 
 use crate::{
     intervention::InterventionRecord,
-    run::{Run, rig},
+    run::{Run, Signal, rig},
     view::{LogItem, Pose, SceneThing, ViewDecision, ViewRobot, ViewState},
 };
 
@@ -417,14 +417,13 @@ fn view_json(view: &ViewState) -> Value {
         "things": view.things.iter().map(thing_json).collect::<Vec<_>>(),
         "devices": view.devices_on,
         "decision": view.decision.as_ref().map(decision_json),
-        "figures": {
-            "path_length_m": view.figures.path_length_m,
-            "time_s": view.figures.time_s,
-            "clearance_min_m": view.figures.clearance_min_m,
-            "contacts": view.figures.contacts,
-            "cross_track_rms_m": view.figures.cross_track_rms_m,
-        },
+        "figures": signals_json(Signal::of_run(), &view.signals),
     })
+}
+
+/// Signals by name.
+fn signals_json<'s>(signals: impl Iterator<Item = &'s Signal>, values: &[Option<f64>]) -> Value {
+    signals.zip(values).map(|(signal, value)| (signal.id.to_owned(), json!(value))).collect()
 }
 
 fn robot_json(r: &ViewRobot) -> Value {
@@ -436,10 +435,8 @@ fn robot_json(r: &ViewRobot) -> Value {
         "phase": r.phase,
         "avoider_state": r.avoider_state,
         "goal": r.goal.map(pose),
-        "intensities": r.intensities,
-        "cross_track_m": r.cross_track_m,
         "touching": r.touching,
-        "clearance_m": r.clearance_m,
+        "signals": signals_json(Signal::of_robots(), &r.signals),
     })
 }
 

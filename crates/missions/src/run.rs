@@ -20,6 +20,7 @@ mod ring_log;
 mod scene;
 mod show;
 mod sides;
+mod signals;
 mod tags;
 mod tap;
 mod teleoperator;
@@ -56,6 +57,7 @@ pub use hand::DRIVE_HOLD;
 use judge::Judge;
 use metrics::RobotMetrics;
 pub(crate) use ring_log::rig;
+pub use signals::{PLOTS, Plot, SIGNALS, Signal};
 use vehicle::{GroundOrder, OrderBy, Vehicle};
 
 /// One step of virtual time.

@@ -93,6 +93,8 @@ pub struct SceneRobot {
     pub footprint_m: Vec<Vec2>,
     /// Its sonars.
     pub sonars: Vec<SceneSonar>,
+    /// Its planar scanners, in the order that [`ViewScan::scanner`] counts.
+    pub scanners: Vec<SceneScanner>,
     /// Where it started.
     pub start: Se2,
     /// Its readers of tags in its base frame (m), and the radius of their recognition areas, m.
@@ -117,6 +119,23 @@ pub struct SceneSonar {
     pub base_from_sensor: Se2,
     /// Half the opening of its cone, rad.
     pub half_angle_rad: f64,
+    /// Greatest range, m.
+    pub range_max_m: f64,
+}
+
+/// One planar scanner, such as a laser.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneScanner {
+    /// Its name in the mission.
+    pub name: String,
+    /// Pose in the robot's base frame.
+    pub base_from_sensor: Se2,
+    /// Where its first beam looks in its own frame, rad.
+    pub first_angle_rad: f64,
+    /// From a beam to the next, counter-clockwise, rad; negative for a scanner that turns clockwise.
+    pub step_rad: f64,
+    /// Beams of a scan.
+    pub n_beams: usize,
     /// Greatest range, m.
     pub range_max_m: f64,
 }
@@ -216,6 +235,8 @@ pub struct ViewState {
     pub decision: Option<ViewDecision>,
     /// Figures so far.
     pub figures: ViewFigures,
+    /// In the order of [`Signal::of_run`](crate::Signal::of_run); empty slots are not known, or not yet.
+    pub signals: Vec<Option<f64>>,
 }
 
 /// A robot at one instant.
@@ -231,6 +252,8 @@ pub struct ViewRobot {
     pub wheels_mps: [f64; 2],
     /// What its sonars report, m.
     pub sonar_m: Vec<f64>,
+    /// The newest scan of each planar scanner that has scanned and is not silent.
+    pub scans: Vec<ViewScan>,
     /// Boundary of the sensitivity bubble per sonar, m; empty when there is none.
     pub bubble_m: Vec<f64>,
     /// What it is busy with.
@@ -261,6 +284,27 @@ pub struct ViewRobot {
     pub battery_v: Option<f64>,
     /// Why it gave up, if it did.
     pub failure: Option<String>,
+    /// In the order of [`Signal::of_robots`](crate::Signal::of_robots); empty slots are not known, or not yet.
+    pub signals: Vec<Option<f64>>,
+}
+
+/// A planar scan, as the robot's program was given it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ViewScan {
+    /// Which scanner: index into [`SceneRobot::scanners`].
+    pub scanner: usize,
+    /// Where the scanner truly was, and whither it looked, when its first beam measured: a scan is drawn where it was taken,
+    /// not where the robot has driven since.
+    pub at: Pose,
+    /// By beam, m, at most [`SceneScanner::range_max_m`]: an echo; or [`ViewScan::FREE`], or [`ViewScan::UNSEEN`].
+    pub ranges_m: Vec<f32>,
+}
+
+impl ViewScan {
+    /// The beam came back from nothing: free as far as the scanner sees.
+    pub const FREE: f32 = f32::INFINITY;
+    /// The beam says nothing: it did not measure, was dazzled or got lost in glass. Unseen is not free.
+    pub const UNSEEN: f32 = 0.0;
 }
 
 /// A robot in brief.

@@ -1,6 +1,13 @@
 //! The changing part of what a run shows, and its figures.
 
-use super::{Run, ground::DecisionNode, metrics::RobotMetrics, scene, vehicle::Vehicle};
+use super::{
+    Run,
+    ground::DecisionNode,
+    metrics::RobotMetrics,
+    scene,
+    signals::{self, RobotNow},
+    vehicle::Vehicle,
+};
 use crate::{
     summary::{Figure, Summary},
     view::{Pose, ViewDecision, ViewFigures, ViewPerson, ViewRobot, ViewState, ViewTimer},
@@ -21,7 +28,7 @@ pub(super) fn view(run: &Run, n_robots: usize) -> ViewState {
         radius_m: p.spec.radius_m,
     };
     let added = run.world.things().iter().filter(|t| t.id.0 >= run.n_initial_things);
-    ViewState {
+    let mut view = ViewState {
         t_s: run.now().as_secs_f64(),
         step: run.steps,
         verdict: run.verdict.clone(),
@@ -37,7 +44,10 @@ pub(super) fn view(run: &Run, n_robots: usize) -> ViewState {
         devices_on: run.devices.is_on().collect(),
         decision: run.decision.as_ref().map(decision),
         figures: figures(run),
-    }
+        signals: Vec::new(),
+    };
+    view.signals = signals::of_run(&view);
+    view
 }
 
 fn robot(run: &Run, vehicle: &Vehicle, metrics: &RobotMetrics) -> ViewRobot {
@@ -47,12 +57,13 @@ fn robot(run: &Run, vehicle: &Vehicle, metrics: &RobotMetrics) -> ViewRobot {
     let body = vehicle.body.map(|id| run.world.body(id));
     let estimate = mind.map_from_base.se2();
     let wheels = body.map_or_else(|| base.wheel_speeds(), |b| b.wheel_speeds);
-    ViewRobot {
+    let mut view = ViewRobot {
         truth: body.map_or(estimate, |b| b.world_from_base.se2()).into(),
         estimate: estimate.into(),
         ellipse: [mind.ellipse.semi_major_m, mind.ellipse.semi_minor_m, mind.ellipse.yaw_rad],
         wheels_mps: [wheels.left_mps, wheels.right_mps],
         sonar_m: shown(base.ranges_m(), base.ranges_m().len()),
+        scans: Vec::new(),
         bubble_m: shown(&mind.bubble_limits_m, mind.n_sonars),
         phase: vehicle.phase_name(),
         task: vehicle.task(&mind),
@@ -68,7 +79,10 @@ fn robot(run: &Run, vehicle: &Vehicle, metrics: &RobotMetrics) -> ViewRobot {
         clearance_m: vehicle.body.map(|id| run.world.clearance_m(id)),
         battery_v: base.battery.map(|battery| battery.voltage_v),
         failure: vehicle.failure(),
-    }
+        signals: Vec::new(),
+    };
+    view.signals = signals::of_robot(&RobotNow { view: &view, vehicle, metrics });
+    view
 }
 
 fn decision(node: &DecisionNode) -> ViewDecision {
