@@ -151,8 +151,10 @@ fn beside(file: &Path, first: &Query) -> anyhow::Result<PathBuf> {
     let stem = name.strip_suffix(".gz").unwrap_or(&name);
     let stem = stem.strip_suffix(".scen").unwrap_or(stem);
     let named = first.map.rsplit(['/', '\\']).next().unwrap_or_default();
-    let ends_in_map =
-        |name: &str| if name.ends_with(".map") { name.to_owned() } else { format!("{name}.map") };
+    let ends_in_map = |name: &str| {
+        let ends = Path::new(name).extension().is_some_and(|end| end.eq_ignore_ascii_case("map"));
+        if ends { name.to_owned() } else { format!("{name}.map") }
+    };
     let names = [ends_in_map(stem), ends_in_map(named)];
     let candidates = names.iter().flat_map(|name| [name.clone(), format!("{name}.gz")]);
     let candidates: Vec<PathBuf> = candidates.map(|name| file.with_file_name(name)).collect();
