@@ -1,17 +1,18 @@
-//! What every driver of a robot is to those who run it.
+//! What every driver is to those who run it: the host's end of a line.
 //!
-//! A trait and not an enum, because a robot can come from outside this crate. Who steps drivers (a mission, a test)
-//! needs no robot's name.
+//! A trait and not an enum, because a robot or a sensor can come from outside this crate. Who steps drivers (a mission, a
+//! test) needs no robot's, sensor's or server's name.
 
 use std::{fmt::Debug, time::Duration};
 
 use messages::{Command, Observations};
 use run_context::Stamp;
 
-/// The client of one robot: received bytes become observations, commands become bytes.
+/// The host's end of one line: received bytes become observations, commands become bytes.
 ///
-/// It connects by itself at its first steps and again whenever the robot was lost, and it goes by one rule: whoever loses
-/// sight stops first. It ends with wheels at rest. It never panics on bytes, whatever they are.
+/// It connects by itself at its first steps and again whenever the other end was lost, and the driver of a robot goes by
+/// one rule: whoever loses sight stops first. It ends with wheels at rest. It never panics on bytes, whatever
+/// they are.
 pub trait Driver: Debug + Send + Sync {
     /// Takes received bytes; appends what was observed and what is to be sent.
     ///
@@ -27,16 +28,37 @@ pub trait Driver: Debug + Send + Sync {
 
     /// Sends a command of the navigator. While there is no connection motion commands are forgotten; commands
     /// for other drivers are passed over.
-    fn command(&mut self, now: Stamp, command: &Command, out: &mut Vec<u8>);
+    fn command(&mut self, _now: Stamp, _command: &Command, _out: &mut Vec<u8>) {}
 
     /// Ends the session, in whatever state it is: wheels at rest, connection closed.
-    fn disconnect(&mut self, now: Stamp, out: &mut Vec<u8>);
+    fn disconnect(&mut self, _now: Stamp, _out: &mut Vec<u8>) {}
 
-    /// Appends what makes the robot stand for as long as its driver sends nothing; the driver will not know of it.
-    fn hold(&self, out: &mut Vec<u8>);
+    /// Appends what makes a robot stand for as long as its driver sends nothing; the driver will not know of it.
+    fn hold(&self, _out: &mut Vec<u8>) {}
 
-    /// Whether the robot is heard.
-    fn is_connected(&self) -> bool;
+    /// Whether the other end is heard, as far as that can be told.
+    fn is_connected(&self) -> bool {
+        true
+    }
+
+    /// The speed at which its end of the line speaks and listens from now on, bits per second; `None`: as it is.
+    fn wanted_baud(&self) -> Option<u32> {
+        None
+    }
+
+    /// What people should know of the device, each once: a trouble, with the device's name and what to do, or its end.
+    fn take_trouble(&mut self) -> Option<Trouble> {
+        None
+    }
+}
+
+/// What a driver has to say of its device to people.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Trouble {
+    /// Whether it is the end of what was wrong.
+    pub is_over: bool,
+    /// What is wrong, or was.
+    pub text: String,
 }
 
 /// What a driver has to know of its task, whatever the robot.

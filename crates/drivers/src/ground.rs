@@ -10,6 +10,8 @@ use wire::{
     ground_link::{ToGround, ToVehicle},
 };
 
+use crate::Driver;
+
 /// Time between two stops that nobody answered.
 const STOP_PERIOD: Duration = Duration::from_millis(250);
 
@@ -195,6 +197,22 @@ impl GroundClient {
 
     fn send(&self, message: ToGround, out: &mut Vec<u8>) {
         message.encode(self.config.byte_order, self.config.framing, out);
+    }
+}
+
+impl Driver for GroundClient {
+    fn step(
+        &mut self,
+        now: Stamp,
+        received: &[u8],
+        observations: &mut Observations,
+        out: &mut Vec<u8>,
+    ) {
+        Self::step(self, now, received, observations, out);
+    }
+
+    fn command(&mut self, now: Stamp, command: &Command, out: &mut Vec<u8>) {
+        Self::command(self, now, command, out);
     }
 }
 

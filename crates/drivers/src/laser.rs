@@ -5,8 +5,10 @@
 //! speaks noise or repeats one scan for ever has no [`latest`](LaserDriver::latest) scan at all, and beams that
 //! did not arrive are [`BeamSight::Unseen`](sensor_models::BeamSight::Unseen) or absent.
 //!
-//! [`laser_driver`] builds the one for a kind: [`SickLmsDriver`], [`RplidarDriver`], [`Ld06Driver`].
+//! [`laser_driver`] builds the one for a kind: [`SickLmsDriver`], [`RplidarDriver`], [`Ld06Driver`]. [`LaserClient`] makes
+//! any of them a [`Driver`], as every other device of a robot has one: its scans are observations.
 
+mod client;
 mod ld06;
 mod rplidar;
 mod sick_lms;
@@ -22,7 +24,8 @@ use sensor_models::{LaserKind, PlanarScan};
 use crate::LineTiming;
 
 pub use self::{
-    ld06::Ld06Driver, rplidar::RplidarDriver, sick_lms::SickLmsDriver, watch::LaserTrouble,
+    client::LaserClient, ld06::Ld06Driver, rplidar::RplidarDriver, sick_lms::SickLmsDriver,
+    watch::LaserTrouble,
 };
 
 /// How to talk to one laser.

@@ -5,13 +5,13 @@
 //! Whether the bytes travel over a simulated link, a socket or a serial port is the caller's
 //! business, and the driver cannot tell.
 //!
-//! A [`Driver`] is the client of a robot; [`driver`] builds the one that a robot of the catalogue needs, by the
+//! A [`Driver`] is the host's end of a line, whatever is at the other one. For a robot [`driver`] builds the one that a robot of the catalogue needs, by the
 //! protocol that its file names:
 //!
 //! - [`PioneerDriver`]: a Pioneer robot ([`wire::arcos`]);
 //! - [`CreateDriver`]: an iRobot Create 2 ([`wire::create_oi`]).
 //!
-//! A [`LaserDriver`] is the client of a scanning laser; [`laser_driver`] builds it:
+//! A [`LaserDriver`] is the client of a scanning laser; [`laser_driver`] builds it, and [`LaserClient`] makes it a [`Driver`]:
 //!
 //! - [`SickLmsDriver`], [`RplidarDriver`], [`Ld06Driver`].
 //!
@@ -31,14 +31,14 @@ mod registry;
 mod tests;
 
 pub use create::{CreateCounters, CreateDriver, CreateDriverConfig};
-pub use driver::{Driver, DriverConfig, LineTiming};
+pub use driver::{Driver, DriverConfig, LineTiming, Trouble};
 pub use ground::{
     GoalNews, GroundClient, GroundLinkConfig, GroundStation, GroundStationEvent, failure_code,
     failure_text, sonar_report,
 };
 pub use laser::{
-    LaserDriver, LaserDriverConfig, LaserNews, LaserTrouble, Ld06Driver, RplidarDriver,
-    SickLmsDriver, TakeNews, laser_driver,
+    LaserClient, LaserDriver, LaserDriverConfig, LaserNews, LaserTrouble, Ld06Driver,
+    RplidarDriver, SickLmsDriver, TakeNews, laser_driver,
 };
 pub use pheromones::{PheromoneClient, PheromoneClientConfig, PheromoneCounters};
 pub use pioneer::{

@@ -9,6 +9,8 @@ use wire::{
     pheromone_link::{Reply, Request},
 };
 
+use crate::Driver;
+
 /// Opcodes go round from 1 to this, so that a late reply is told from the awaited one. 16 would be
 /// a DLE, which costs two more bytes on the wire.
 const OPCODE_MAX: u8 = 15;
@@ -183,5 +185,21 @@ impl PheromoneClient {
         self.counters.n_answered += 1;
         let (left, right) = (f64::from(reply.left), f64::from(reply.right));
         observations.push(asked, Sensed::Smell(Smell { query, left, right }));
+    }
+}
+
+impl Driver for PheromoneClient {
+    fn step(
+        &mut self,
+        now: Stamp,
+        received: &[u8],
+        observations: &mut Observations,
+        out: &mut Vec<u8>,
+    ) {
+        Self::step(self, now, received, observations, out);
+    }
+
+    fn command(&mut self, now: Stamp, command: &Command, out: &mut Vec<u8>) {
+        Self::command(self, now, command, out);
     }
 }

@@ -14,13 +14,32 @@ pub enum Line {
     Pheromones,
     /// To the ground, which is the decision node or a ground station: reports out, orders in.
     Ground,
+    /// To one of its lasers, counted from 0: requests out, scans in.
+    Laser(u8),
 }
 
-settings::choices!(Line {
-    Robot = "robot": "to its body: commands out, what it senses in",
-    Pheromones = "pheromones": "to the pheromone server: questions out, answers in",
-    Ground = "ground": "to the decision node or a ground station: reports out, orders in",
-});
+/// The lines that have a word of their own in files; a laser's is its name.
+impl settings::Choice for Line {
+    const ALL: &'static [Self] = &[Self::Robot, Self::Pheromones, Self::Ground];
+
+    fn key(self) -> &'static str {
+        match self {
+            Self::Robot => "robot",
+            Self::Pheromones => "pheromones",
+            Self::Ground => "ground",
+            Self::Laser(_) => "laser",
+        }
+    }
+
+    fn about(self) -> &'static str {
+        match self {
+            Self::Robot => "to its body: commands out, what it senses in",
+            Self::Pheromones => "to the pheromone server: questions out, answers in",
+            Self::Ground => "to the decision node or a ground station: reports out, orders in",
+            Self::Laser(_) => "to a laser: requests out, scans in",
+        }
+    }
+}
 
 /// Which way bytes cannot pass any more.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
@@ -45,6 +64,8 @@ impl Line {
             (Self::Pheromones, Direction::Back) => "from_server",
             (Self::Ground, Direction::Away) => "to_ground",
             (Self::Ground, Direction::Back) => "from_ground",
+            (Self::Laser(_), Direction::Away) => "to_laser",
+            (Self::Laser(_), Direction::Back) => "from_laser",
         }
     }
 
@@ -60,6 +81,9 @@ impl Line {
             (Self::Ground, Direction::Both) => "the line to the ground, both ways,",
             (Self::Ground, Direction::Away) => "the line to the ground",
             (Self::Ground, Direction::Back) => "the line from the ground",
+            (Self::Laser(_), Direction::Both) => "the line to a laser, both ways,",
+            (Self::Laser(_), Direction::Away) => "the line to a laser",
+            (Self::Laser(_), Direction::Back) => "the line from a laser",
         }
     }
 }

@@ -114,6 +114,14 @@ pub enum InterventionError {
         /// The robot.
         robot: String,
     },
+    /// The robot has no such laser.
+    #[error("{robot} has no laser {number}, counted from 0")]
+    NoSuchLaser {
+        /// The robot.
+        robot: String,
+        /// What was asked for.
+        number: u8,
+    },
     /// Every robot was told to stand, for good.
     #[error("the run is over: every robot was told to stand")]
     Halted,

@@ -28,6 +28,7 @@ mod cut;
 mod floor;
 mod intervention;
 mod mission;
+mod node;
 mod outline;
 mod record;
 mod replay;

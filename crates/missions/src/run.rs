@@ -7,15 +7,14 @@
 //! brought up to date.
 
 mod build;
-mod devices;
-mod direct;
-mod direct_ground;
-mod ground;
+mod dialogue;
+pub(crate) mod error;
 mod hand;
-mod inquiry;
 mod judge;
-mod lines;
+mod limits;
+pub(crate) mod line;
 mod metrics;
+mod orders;
 mod ring_log;
 mod scene;
 mod show;
@@ -24,10 +23,11 @@ mod signals;
 mod tags;
 mod tap;
 mod teleoperator;
+mod telling;
 mod vehicle;
 mod words;
 
-use std::{collections::VecDeque, time::Duration};
+use std::collections::VecDeque;
 
 use geometry::{Se2, Vec2};
 use navigator::Method;
@@ -37,31 +37,33 @@ use robot_models::BodyVelocity;
 use run_context::{RunSeed, Stamp, StateHash};
 use simulator::{ThingId, World};
 
+use crate::node::{
+    decision::{DecisionNode, Request},
+    desk::GroundOrder,
+    devices::Devices,
+};
 use crate::{
     asked::Asked,
     cut::{Direction, Line},
     intervention::{Intervention, InterventionError, RecordedIntervention, to_thousandths},
     mission::{
-        Mission, SettingError,
+        Mission,
         plan::{Action, GoalPose},
     },
-    sensing::SensedStep,
-    summary::Summary,
-    transport::TransportError,
+    sensing::step::SensedStep,
     verdict::Verdict,
-    view::{LogItem, LogLevel, Scene, TraceItem, ViewPose, ViewState},
+    view::{LogItem, LogLevel, TraceItem, ViewPose},
 };
-use devices::Devices;
-use ground::{DecisionNode, Request};
+pub use error::RunError;
 pub use hand::DRIVE_HOLD;
 use judge::Judge;
+use limits::N_REPORTED_MAX;
+pub use limits::STEP;
 use metrics::RobotMetrics;
+use orders::OrderBy;
 pub(crate) use ring_log::rig;
 pub use signals::{PLOTS, Plot, SIGNALS, Signal};
-use vehicle::{GroundOrder, OrderBy, Vehicle};
-
-/// One step of virtual time.
-pub const STEP: Duration = Duration::from_millis(10);
+use vehicle::Vehicle;
 
 /// Log entries kept until somebody drains them; older ones are dropped first.
 const LOG_MAX: usize = 2000;
@@ -69,8 +71,6 @@ const LOG_MAX: usize = 2000;
 const TRACE_MAX: usize = 4000;
 /// From this many robots on, their nodes run in parallel.
 const PARALLEL_FROM: usize = 8;
-/// The first so many robots are traced and written about in the log.
-const N_REPORTED_MAX: usize = 7;
 /// In swarms every robot's clearance is measured once in so many steps.
 const SWARM_TURNS: u64 = 50;
 /// Robots per parallel piece of work.
@@ -83,39 +83,6 @@ const HALT_STEPS_MAX: u64 = 3000;
 const UNKNOWN_STEPS_MAX: u64 = 400;
 /// How long a pressed button stays pressed.
 const PRESS_STEPS: u64 = 50;
-
-/// A mission that cannot be started.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum RunError {
-    /// The simulator refuses the world.
-    #[error("{place}: the world cannot be built: {source}")]
-    World {
-        /// Where the mission says it: file, line and column as far as they are known, and the key.
-        place: String,
-        /// Why.
-        source: simulator::WorldError,
-    },
-    /// A value with which this seed cannot be run: a random box finds no place.
-    #[error(transparent)]
-    Setting(Box<SettingError>),
-    /// A robot elsewhere cannot be reached.
-    #[error("robot `{robot}`: {source}")]
-    Transport {
-        /// The robot.
-        robot: String,
-        /// Why.
-        source: TransportError,
-    },
-    /// A navigator or link refuses its settings.
-    #[error("robot `{robot}`: {problem}")]
-    Settings {
-        /// The robot.
-        robot: String,
-        /// What is wrong.
-        problem: String,
-    },
-}
 
 /// A running mission.
 ///
@@ -358,22 +325,6 @@ impl Run {
         &self.interventions
     }
 
-    /// What does not change during the run.
-    pub fn scene(&self) -> Scene {
-        scene::scene(self)
-    }
-
-    /// What changes.
-    pub fn view(&self) -> ViewState {
-        show::view(self, self.vehicles.len())
-    }
-
-    /// What changes, with no more than the first `n_robots` robots: a view of a swarm takes longer than its
-    /// step. [`Run::poses`] has the rest.
-    pub fn view_of_first(&self, n_robots: usize) -> ViewState {
-        show::view(self, n_robots)
-    }
-
     /// Every robot in brief, in order. Does not allocate.
     pub fn poses(&self) -> impl Iterator<Item = ViewPose> {
         self.vehicles.iter().map(|vehicle| {
@@ -397,11 +348,6 @@ impl Run {
     /// allocate.
     pub fn sensed(&self) -> impl Iterator<Item = SensedStep<'_>> {
         self.vehicles.iter().map(|vehicle| vehicle.ring_log().sensed())
-    }
-
-    /// The run in figures.
-    pub fn summary(&self) -> Summary {
-        show::summary(self)
     }
 
     /// Switches the collection of decoded packets on or off; it is off at first.
@@ -626,10 +572,14 @@ impl Run {
     }
 
     fn check_line(&self, robot: usize, line: Line) -> Result<(), InterventionError> {
-        if line == Line::Pheromones && self.mission.parts().pheromones.is_none() {
-            return Err(InterventionError::NoSuchLine { robot: self.vehicles[robot].name.clone() });
+        if self.vehicles[robot].line(line).is_some() {
+            return Ok(());
         }
-        Ok(())
+        let robot = self.vehicles[robot].name.clone();
+        Err(match line {
+            Line::Laser(number) => InterventionError::NoSuchLaser { robot, number },
+            _ => InterventionError::NoSuchLine { robot },
+        })
     }
 
     fn put_box(
@@ -702,14 +652,13 @@ impl Run {
 
     fn run_vehicles(&mut self, now: Stamp) {
         let world = &self.world;
-        let field = self.mission.parts().pheromones.as_ref().map(|p| &p.field);
         if self.vehicles.len() < PARALLEL_FROM {
-            self.vehicles.iter_mut().for_each(|vehicle| vehicle.step(now, world, field));
+            self.vehicles.iter_mut().for_each(|vehicle| vehicle.step(now, world));
         } else {
             // Each robot touches only its own state, so the pieces may run in any order.
             self.vehicles
                 .par_chunks_mut(PIECE)
-                .for_each(|piece| piece.iter_mut().for_each(|v| v.step(now, world, field)));
+                .for_each(|piece| piece.iter_mut().for_each(|v| v.step(now, world)));
         }
         for vehicle in &self.vehicles {
             vehicle.apply(&mut self.world);
@@ -775,11 +724,12 @@ impl Run {
     fn collect_trace(&mut self, vehicle: usize) {
         let step = self.steps;
         let trace = &mut self.trace;
-        self.vehicles[vehicle].drain_taps(|link, to, bytes, text| {
+        let first: usize = self.vehicles[..vehicle].iter().map(Vehicle::n_lines).sum();
+        self.vehicles[vehicle].drain_taps(|line, (to, bytes, text)| {
             if trace.len() >= TRACE_MAX {
                 trace.pop_front();
             }
-            trace.push_back(TraceItem { step, link, to, bytes, text });
+            trace.push_back(TraceItem { step, link: first + line, to, bytes, text });
         });
     }
 

@@ -129,6 +129,15 @@ impl LaserKind {
         }
     }
 
+    /// The word for what is spoken on its line.
+    pub fn protocol(self) -> &'static str {
+        match self {
+            Self::SickLms => "sick_lms",
+            Self::RplidarA1 => "rplidar",
+            Self::Ld06 => "ld06",
+        }
+    }
+
     /// The kind of that [`name`](Self::name).
     pub fn by_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.name() == name)

@@ -17,7 +17,10 @@
 //! Differences: after `54 54 2C` the maker's driver loses the packet; here a byte that was no
 //! second header byte is tried as a first.
 
+mod reader;
+
 use crate::pending::Pending;
+pub(crate) use reader::reader;
 
 /// The line's speed, bits per second.
 pub const BAUD: u32 = 230_400;

@@ -129,6 +129,17 @@ impl Link {
         }
     }
 
+    /// From now on bytes are sent from `end` at so many bits per second; 0 changes nothing.
+    pub fn set_baud(&mut self, end: End, baud: u32) {
+        let direction = match end {
+            End::A => &mut self.from_a,
+            End::B => &mut self.from_b,
+        };
+        if let Some(time) = byte_time(baud) {
+            direction.byte_time = time;
+        }
+    }
+
     /// Whether the bytes sent from `end` are lost in a cut.
     pub fn is_cut(&self, end: End) -> bool {
         match end {
@@ -269,6 +280,40 @@ fn byte_time(baud: u32) -> Option<Duration> {
     nanos.checked_div(u64::from(baud)).map(Duration::from_nanos)
 }
 
+/// What a receiver that listens at `read_baud` makes of bytes that were sent, without a pause, at `sent_baud` (bits per
+/// second): it waits for a start bit, looks at the middle of the nine bits after it by its own time, and takes what it
+/// sees for a byte. Speeds that differ by less than 5 % give the bytes that were sent.
+#[expect(clippy::arithmetic_side_effects, reason = "bits of what is in memory fit into 64 bits")]
+pub fn misread(sent: &[u8], sent_baud: u32, read_baud: u32, into: &mut Vec<u8>) {
+    // Time in halves of 1 / (sent_baud · read_baud) s, so that it is whole.
+    let (sent_bit, read_bit) = (2 * u64::from(read_baud), 2 * u64::from(sent_baud));
+    if sent_bit == 0 || read_bit == 0 {
+        return;
+    }
+    let level = |bit: u64| {
+        let byte = usize::try_from(bit / BITS_PER_BYTE).ok().and_then(|i| sent.get(i));
+        match (byte, bit % BITS_PER_BYTE) {
+            (None, _) | (Some(_), 9) => true,
+            (Some(_), 0) => false,
+            (Some(byte), data) => byte >> (data - 1) & 1 != 0,
+        }
+    };
+    let n_bits = BITS_PER_BYTE.saturating_mul(sent.len() as u64);
+    let mut bit = 0;
+    while bit < n_bits {
+        let is_edge = !level(bit) && (bit == 0 || level(bit - 1));
+        if !is_edge {
+            bit += 1;
+            continue;
+        }
+        let begin = bit * sent_bit;
+        let middle = |k: u64| (begin + k * read_bit + read_bit / 2) / sent_bit;
+        into.push((1..9).fold(0, |byte, k| byte | u8::from(level(middle(k))) << (k - 1)));
+        // The next start bit is looked for behind the one in which the stop bit was looked for.
+        bit = middle(9) + 1;
+    }
+}
+
 fn shift(stamp: Stamp, by: Duration) -> Stamp {
     #[expect(clippy::arithmetic_side_effects, reason = "the sum saturates")]
     let later = stamp + by;
@@ -287,6 +332,29 @@ mod tests {
 
     fn at_9600() -> LinkConfig {
         LinkConfig { baud: Some(9600), ..LinkConfig::default() }
+    }
+
+    /// Same speed: same bytes; up to 4 % off still; twice or half the speed: others, and about as many bits.
+    #[test]
+    fn bytes_at_another_speed_are_other_bytes() {
+        let sent: Vec<u8> = (0..=255).collect();
+        let read = |sent_baud, read_baud| {
+            let mut into = Vec::new();
+            misread(&sent, sent_baud, read_baud, &mut into);
+            into
+        };
+        for baud in [9600, 9984, 9216] {
+            assert_eq!(read(9600, baud), sent, "{baud}");
+        }
+        // U is 1, 0, 1, 0 … after its start bit; read twice as fast it is 0 (start), 1, 1, 0, 0, 1, 1, 0.
+        let mut into = Vec::new();
+        misread(b"U", 9600, 19_200, &mut into);
+        assert_eq!(into.first(), Some(&0b0110_0110));
+        for (sent_baud, read_baud) in [(9600, 19_200), (19_200, 9600), (230_400, 9600)] {
+            let read = read(sent_baud, read_baud);
+            assert_ne!(read, sent);
+            assert!(!read.is_empty() && read.len() <= 2 * sent.len() * 2, "{}", read.len());
+        }
     }
 
     fn received(link: &mut Link, end: End, now: Stamp) -> Vec<u8> {

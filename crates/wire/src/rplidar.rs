@@ -21,8 +21,10 @@
 
 use crate::pending::Pending;
 
+mod reader;
 mod request;
 
+pub(crate) use reader::reader;
 pub use request::{Request, RequestDecoder};
 
 /// The line's speed, bits per second.

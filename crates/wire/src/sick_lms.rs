@@ -12,6 +12,7 @@
 //! `reedhedges/AriaCoda`, and what they quote of SICK's Telegram Listing 8007954.
 
 mod decoder;
+mod reader;
 mod reading;
 mod reply;
 mod request;
@@ -19,6 +20,7 @@ mod request;
 mod tests;
 
 pub use decoder::{Decoder, Item, Side};
+pub(crate) use reader::reader;
 pub use reading::{RangeField, Reading, ScanReply, Unit};
 pub use reply::{Reply, StatusReply};
 pub use request::{Config, Request};

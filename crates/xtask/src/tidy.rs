@@ -4,6 +4,7 @@ mod circles;
 mod coverage;
 mod layers;
 mod licences;
+mod parts;
 mod problems;
 mod sources;
 mod units;
@@ -22,6 +23,7 @@ pub(crate) struct Check {
 pub(crate) const CHECKS: &[Check] = &[
     Check { name: "layers of the crates", run: layers::findings },
     Check { name: "circles of files", run: circles::findings },
+    Check { name: "names of parts", run: parts::findings },
     Check { name: "heads and lengths of files", run: sources::findings },
     Check { name: "units of public numbers", run: units::findings },
     Check { name: "licences of dependencies", run: licences::findings },
@@ -51,6 +53,11 @@ mod tests {
     #[test]
     fn files_import_no_circles() {
         check("circles of files");
+    }
+
+    #[test]
+    fn the_loop_and_the_mind_name_no_robot_and_no_protocol() {
+        check("names of parts");
     }
 
     #[test]

@@ -200,7 +200,10 @@ impl Watch {
         self.last_scan = now;
         self.why = None;
         self.look_for_repeats(now);
-        take(LaserNews::Scan(&self.newest));
+        // What is not believed is handed to nobody.
+        if self.frozen_for(now).is_none() {
+            take(LaserNews::Scan(&self.newest));
+        }
     }
 
     fn look_for_repeats(&mut self, now: Stamp) {

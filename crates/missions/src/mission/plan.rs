@@ -10,7 +10,7 @@ use path_following::Path;
 use pheromones::{Field, SenseConfig};
 use robot_models::{OdometryErrors, RobotModel};
 use run_context::Stamp;
-use sensor_models::{SonarModel, TagReaderModel};
+use sensor_models::{LaserKind, LaserModel, SonarModel, TagReaderModel};
 use simulator::floor_plan::FloorPlan;
 use wire::link::LinkConfig;
 
@@ -163,6 +163,7 @@ pub(crate) struct RobotPlan {
     pub(crate) sonar: SonarModel,
     pub(crate) link: LinkPlan,
     pub(crate) navigator: Arc<NavigatorConfig>,
+    pub(crate) lasers: Vec<LaserPlan>,
     /// What the path method follows.
     pub(crate) path: Option<Path>,
     /// Places (m, map) that the straight method visits before every goal.
@@ -171,6 +172,16 @@ pub(crate) struct RobotPlan {
     pub(crate) tag_readers: Option<TagReadersPlan>,
     /// Who drives it by hand.
     pub(crate) teleoperator: Option<TeleoperatorPlan>,
+}
+
+/// A laser on a robot.
+#[derive(Clone, Debug)]
+pub(crate) struct LaserPlan {
+    pub(crate) name: String,
+    pub(crate) kind: LaserKind,
+    pub(crate) model: LaserModel,
+    pub(crate) base_from_sensor: Se2,
+    pub(crate) link: LinkPlan,
 }
 
 /// A person who drives a robot along a path over the floor.
@@ -207,7 +218,7 @@ pub(crate) struct TagsPlan {
 
 #[derive(Clone, Debug)]
 pub(crate) struct PheromonePlan {
-    pub(crate) field: Field,
+    pub(crate) field: Arc<Field>,
     pub(crate) trails: Vec<Vec<Vec2>>,
     pub(crate) sense: SenseConfig,
     pub(crate) scale_ratio: f64,

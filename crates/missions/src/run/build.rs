@@ -8,7 +8,7 @@ use simulator::{
     BodyId, PersonSpec, RobotPlacement, ThingKind, ThingSpec, World, WorldError, WorldSpec,
 };
 
-use super::{RunError, STEP, ground::DecisionNode, tags, vehicle::Vehicle};
+use super::{error::RunError, limits::STEP, tags, vehicle::Vehicle};
 use crate::{
     intervention::InterventionError,
     mission::{
@@ -16,6 +16,7 @@ use crate::{
         plan::{BoxRegion, LinkPlan, PersonPlan, PlannedKind, RandomBoxes, RobotPlan, ThingPlan},
         rectangle,
     },
+    node::decision::DecisionNode,
 };
 
 /// Places tried for a random box before the run is refused.

@@ -8,9 +8,10 @@
 use run_context::Stamp;
 use simulator::World;
 
-use super::{devices::Devices, metrics::RobotMetrics, vehicle::Vehicle};
+use super::{metrics::RobotMetrics, vehicle::Vehicle};
 use crate::{
     mission::plan::{GoalPose, Requirement, RobotPlan},
+    node::devices::Devices,
     verdict::{Check, Verdict},
 };
 

@@ -12,7 +12,7 @@ use run_context::Stamp;
 
 use crate::{
     mission::plan::{LinkPlan, RobotPlan},
-    sensing::{PoseReport, RingRow, SensedStep},
+    sensing::step::{PoseReport, RingRow, SensedStep},
 };
 
 /// A report over a link is about a moment that is past by its latency and the time of its bytes; so much more is kept.

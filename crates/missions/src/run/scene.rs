@@ -4,7 +4,11 @@ use geometry::{Se2, Vec2};
 use path_following::{Path, Piece};
 use simulator::{Thing, ThingKind};
 
-use super::Run;
+use super::{
+    Run,
+    limits::{N_REPORTED_MAX, N_SONARS_SHOWN},
+    vehicle::Vehicle,
+};
 use crate::{
     mission::{
         Parts,
@@ -16,8 +20,14 @@ use crate::{
     },
 };
 
-/// Everything that stays where it is.
-pub(super) fn scene(run: &Run) -> Scene {
+impl Run {
+    /// What does not change during the run.
+    pub fn scene(&self) -> Scene {
+        scene(self)
+    }
+}
+
+fn scene(run: &Run) -> Scene {
     let parts = run.mission.parts();
     let initial = |t: &&Thing| t.id.0 < run.n_initial_things;
     let wall = |&(segment, material): &(geometry::Segment, u32)| SceneWall {
@@ -43,7 +53,7 @@ pub(super) fn scene(run: &Run) -> Scene {
         }),
         planned_path_m: planned_path(parts),
         program: parts.decision.as_ref().map(program),
-        links: links(parts),
+        links: links(&run.vehicles),
     }
 }
 
@@ -98,7 +108,7 @@ fn robot(plan: &RobotPlan, goal_tolerance_m: Option<f64>) -> SceneRobot {
         name: plan.name.clone(),
         model: plan.model.title.clone(),
         footprint_m: plan.model.footprint.corners().to_vec(),
-        sonars: plan.model.sonars.iter().take(super::show::N_SONARS_SHOWN).map(sonar).collect(),
+        sonars: plan.model.sonars.iter().take(N_SONARS_SHOWN).map(sonar).collect(),
         scanners: Vec::new(),
         start: plan.start,
         tag_readers_m: plan.tag_readers.iter().flat_map(|r| r.in_base.clone()).collect(),
@@ -193,25 +203,10 @@ fn timer_output(function: &decision::Function) -> Option<String> {
     function.timer().map(|number| format!("YTMR{number}"))
 }
 
-/// Three links per robot, in this order: to the robot, to the server, to the ground. Link `i` of
-/// robot `r` has index `3 r + i`.
-fn links(parts: &Parts) -> Vec<SceneLink> {
-    let several = parts.robots.len() > 1;
-    let server_baud = parts.pheromones.as_ref().map_or(0, |p| p.link.baud());
-    let ground_baud = parts.decision.as_ref().map_or(9600, |d| d.link.baud());
-    let of_robot = |r: &RobotPlan| {
-        let name =
-            |what: &str| if several { format!("{what} of {}", r.name) } else { what.to_owned() };
-        [
-            SceneLink { name: name("robot"), ends: ["navigation", "robot"], baud: r.link.baud() },
-            SceneLink {
-                name: name("pheromones"),
-                ends: ["navigation", "server"],
-                baud: server_baud,
-            },
-            SceneLink { name: name("ground"), ends: ["navigation", "decision"], baud: ground_baud },
-        ]
-    };
+/// The lines of the robots, in the robots' order; the trace names them by their place here.
+fn links(vehicles: &[Vehicle]) -> Vec<SceneLink> {
+    let several = vehicles.len() > 1;
     // Hundreds of direct robots have no links to look at.
-    parts.robots.iter().take(super::N_REPORTED_MAX).flat_map(of_robot).collect()
+    let shown = vehicles.iter().take(N_REPORTED_MAX);
+    shown.flat_map(|v| v.scene_links(several.then_some(v.name.as_str()))).collect()
 }

@@ -2,22 +2,39 @@
 
 use super::{
     Run,
-    ground::DecisionNode,
+    limits::N_SONARS_SHOWN,
     metrics::RobotMetrics,
     scene,
     signals::{self, RobotNow},
     vehicle::Vehicle,
 };
 use crate::{
+    cut::Line as Which,
+    node::decision::DecisionNode,
     summary::{Figure, Summary},
     view::{Pose, ViewDecision, ViewFigures, ViewPerson, ViewRobot, ViewState, ViewTimer},
 };
 
-/// Sonars that are shown: the front ring, as the thesis uses it.
-pub(super) const N_SONARS_SHOWN: usize = 8;
+impl Run {
+    /// What changes.
+    pub fn view(&self) -> ViewState {
+        view(self, self.vehicles.len())
+    }
+
+    /// What changes, with no more than the first `n_robots` robots: a view of a swarm takes longer than its
+    /// step. [`Run::poses`] has the rest.
+    pub fn view_of_first(&self, n_robots: usize) -> ViewState {
+        view(self, n_robots)
+    }
+
+    /// The run in figures.
+    pub fn summary(&self) -> Summary {
+        summary(self)
+    }
+}
 
 /// What changes, as of now, with the first `n_robots` robots.
-pub(super) fn view(run: &Run, n_robots: usize) -> ViewState {
+fn view(run: &Run, n_robots: usize) -> ViewState {
     let person = |p: &simulator::Person| ViewPerson {
         name: p.spec.name.clone(),
         at: Pose {
@@ -132,7 +149,7 @@ fn figures(run: &Run) -> ViewFigures {
 }
 
 /// The run in figures: those of the first robot, and sums over all.
-pub(super) fn summary(run: &Run) -> Summary {
+fn summary(run: &Run) -> Summary {
     let mut figures = vec![
         figure("time_s", Some(run.now().as_secs_f64()), "virtual time of the run"),
         figure("robots", Some(run.vehicles.len() as f64), "number of robots"),
@@ -232,11 +249,12 @@ fn robot_figures(run: &Run, m: &RobotMetrics, figures: &mut Vec<Figure>) {
 }
 
 fn link_figures(run: &Run, vehicle: &Vehicle, figures: &mut Vec<Figure>) {
-    let [robot, server, ground] = vehicle.utilisations(run.now());
-    let traffic = vehicle.server_traffic();
-    let received = traffic.map(|t| t.n_bytes_received as f64);
-    let questions = traffic.map(|t| t.n_requests as f64);
-    let errors = traffic.map(|t| t.n_errors() as f64);
+    let busy = |which| vehicle.line(which).and_then(|line| line.busy_ratio(run.now()));
+    let [robot, server, ground] = [Which::Robot, Which::Pheromones, Which::Ground].map(busy);
+    let traffic = vehicle.traffic();
+    let received = traffic.map(|t| t.received_bytes as f64);
+    let questions = traffic.map(|t| t.n_questions as f64);
+    let errors = traffic.map(|t| t.n_errors as f64);
     // Of a server that the mission has not there is nothing to say.
     let cycle_about = match run.mission.parts().pheromones {
         Some(_) => {

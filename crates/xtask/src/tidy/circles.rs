@@ -25,7 +25,7 @@ const N_FILES_IN_CIRCLES: &[(&str, usize)] = &[
     ("drivers", 4),
     ("experiments", 7),
     ("geometry", 2),
-    ("missions", 16),
+    ("missions", 6),
     ("pheromones", 2),
     ("sensor_models", 2),
     ("simulator", 3),

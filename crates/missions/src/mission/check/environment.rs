@@ -258,7 +258,7 @@ pub(super) fn pheromones(file: &PheromonesFile) -> Checked<PheromonePlan> {
         None => drawn_field(file, &trails)?,
     };
     Ok(PheromonePlan {
-        field,
+        field: field.into(),
         trails,
         sense: SenseConfig {
             perception,

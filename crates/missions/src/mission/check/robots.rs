@@ -96,6 +96,7 @@ fn group(key: &str, file: &RobotFile) -> Checked<Vec<RobotPlan>> {
             path: path.clone(),
             via: via.clone(),
             tag_readers: tag_readers.clone(),
+            lasers: Vec::new(),
             teleoperator: teleoperator.clone(),
         }
     };

@@ -21,7 +21,7 @@ use crate::{
 
 /// The decision node of a mission.
 #[derive(Debug)]
-pub(super) struct DecisionNode {
+pub(crate) struct DecisionNode {
     machine: Machine,
     robot: Option<usize>,
     /// Whether a robot on its way stops when the program does.
@@ -49,7 +49,7 @@ struct Told {
 
 /// What a step of the decision node asks for.
 #[derive(Debug)]
-pub(super) enum Request {
+pub(crate) enum Request {
     /// Send the robot to a goal, for a MOVE of that number.
     Move(u64, Se2),
     /// Stop the robot.
@@ -59,7 +59,7 @@ pub(super) enum Request {
 }
 
 impl DecisionNode {
-    pub(super) fn new(plan: &DecisionPlan) -> Self {
+    pub(crate) fn new(plan: &DecisionPlan) -> Self {
         let mode = if plan.listing_mode { Mode::Listing } else { Mode::Corrected };
         let mut machine = Machine::new(plan.program.clone(), mode);
         machine.set_failsafe(plan.failsafe);
@@ -82,17 +82,17 @@ impl DecisionNode {
     }
 
     /// The resources that the program names, with their bytes, always in the same order.
-    pub(super) fn resources(&self) -> impl Iterator<Item = (&str, u8)> {
+    pub(crate) fn resources(&self) -> impl Iterator<Item = (&str, u8)> {
         self.named.iter().map(|(name, id)| (name.as_str(), self.machine.resource(*id)))
     }
 
     /// The robot that MOVE commands.
-    pub(super) fn robot(&self) -> Option<usize> {
+    pub(crate) fn robot(&self) -> Option<usize> {
         self.robot
     }
 
     /// What the operator of the node does to it.
-    pub(super) fn act(&mut self, action: ProgramAction) {
+    pub(crate) fn act(&mut self, action: ProgramAction) {
         match action {
             ProgramAction::Stop => self.machine.stop(),
             ProgramAction::Run => self.machine.run(),
@@ -102,7 +102,7 @@ impl DecisionNode {
 
     /// 10 ms of the node: inputs, timers, one scan. `told` is what the robot's end of the link said of
     /// the last MOVE; `ask` takes what follows.
-    pub(super) fn step(
+    pub(crate) fn step(
         &mut self,
         devices: &Devices,
         told: Option<(u64, MoveReport, &'static str)>,
@@ -216,29 +216,29 @@ impl DecisionNode {
     }
 
     /// The run is over: the program stops, and the outputs go to their fail-safe values.
-    pub(super) fn close(&mut self) {
+    pub(crate) fn close(&mut self) {
         self.machine.stop();
     }
 
-    pub(super) fn machine(&self) -> &Machine {
+    pub(crate) fn machine(&self) -> &Machine {
         &self.machine
     }
 
-    pub(super) fn n_scans(&self) -> u64 {
+    pub(crate) fn n_scans(&self) -> u64 {
         self.n_scans
     }
 
     /// MOVE commands that were sent so far.
-    pub(super) fn n_moves_sent(&self) -> u64 {
+    pub(crate) fn n_moves_sent(&self) -> u64 {
         self.n_moves_sent
     }
 
     /// The longest scan so far on the thesis's microcontroller, ms.
-    pub(super) fn cycle_max_ms(&self) -> f64 {
+    pub(crate) fn cycle_max_ms(&self) -> f64 {
         self.cycle_max_ms
     }
 
-    pub(super) fn absorb_state(&self, hash: &mut StateHash) {
+    pub(crate) fn absorb_state(&self, hash: &mut StateHash) {
         self.machine.absorb_state(hash);
         hash.absorb_u64(self.stalled_steps);
     }

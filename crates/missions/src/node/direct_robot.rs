@@ -16,13 +16,19 @@ use run_context::{RandomStream, Stamp, StateHash};
 use sensor_models::FiringSchedule;
 use simulator::{BodyId, World};
 
-use crate::cut::{Cuts, Direction};
+use virtual_robots::MotorReference;
+
+use super::desk::Desk;
+use crate::{
+    cut::{Cuts, Direction},
+    run::line::{Around, Direct},
+};
 
 /// Turn rate asked for per angle that is left, 1/s.
 const HEADING_GAIN_HZ: f64 = 4.0;
 /// A heading this near is reached, rad.
 const HEADING_REACHED_RAD: f64 = 0.0044;
-/// The watchdog of the robot and of the driver: as [`drivers::PioneerDriver`] and its robot have them.
+/// The watchdog of the robot and of the driver: as a robot with bytes and its driver have them.
 const WATCHDOG: Duration = Duration::from_secs(2);
 /// Time without a report after which the driver takes the robot for lost.
 const SILENCE_MAX: Duration = Duration::from_secs(1);
@@ -94,16 +100,6 @@ impl DirectRobot {
         }
     }
 
-    /// Cuts or mends the line; away is towards the robot.
-    pub(super) fn set_cut(&mut self, direction: Direction, cut: bool) {
-        self.cuts.set(direction, cut);
-    }
-
-    /// Whether the driver has the robot.
-    pub(super) fn is_connected(&self) -> bool {
-        self.is_up && self.lost_since.is_none()
-    }
-
     /// What a cut line brings about on its two sides.
     fn watch(&mut self, now: Stamp, observations: &mut Observations) {
         let since = |was: Option<Stamp>, cut: bool| cut.then(|| was.unwrap_or(now));
@@ -127,7 +123,7 @@ impl DirectRobot {
     }
 
     /// Fires sonars, counts ticks and reports when it is time.
-    pub(super) fn sense(
+    fn sense(
         &mut self,
         now: Stamp,
         world: &World,
@@ -178,24 +174,8 @@ impl DirectRobot {
         }
     }
 
-    /// Does what the navigator asks of the robot.
-    pub(super) fn obey(&mut self, command: &Command) {
-        if self.cuts.away || self.lost_since.is_some() {
-            return;
-        }
-        match command {
-            Command::Drive(wheels) => self.mode = Mode::Wheels(*wheels),
-            Command::TurnTo { heading_in_odom_rad } => {
-                self.mode = Mode::Heading(*heading_in_odom_rad);
-            }
-            Command::Stop => self.mode = Mode::Wheels(WheelSpeeds::ZERO),
-            Command::EnableMotors(on) => self.motors_enabled = *on,
-            Command::QueryPheromones { .. } | Command::Report(_) => {}
-        }
-    }
-
     /// What the wheels should do.
-    pub(super) fn reference(&self, model: &RobotModel) -> WheelSpeeds {
+    fn wheels(&self, model: &RobotModel) -> WheelSpeeds {
         if !self.motors_enabled {
             return WheelSpeeds::ZERO;
         }
@@ -217,8 +197,45 @@ impl DirectRobot {
             }
         }
     }
+}
 
-    pub(super) fn absorb_state(&self, hash: &mut StateHash) {
+impl Direct for DirectRobot {
+    fn step(&mut self, around: &mut Around<'_>, observations: &mut Observations) {
+        if let Some(body) = around.body {
+            self.sense(around.now, around.world, body, observations);
+        }
+    }
+
+    fn command(&mut self, command: &Command, _desk: &mut Desk) {
+        if self.cuts.away || self.lost_since.is_some() {
+            return;
+        }
+        match command {
+            Command::Drive(wheels) => self.mode = Mode::Wheels(*wheels),
+            Command::TurnTo { heading_in_odom_rad } => {
+                self.mode = Mode::Heading(*heading_in_odom_rad);
+            }
+            Command::Stop => self.mode = Mode::Wheels(WheelSpeeds::ZERO),
+            Command::EnableMotors(on) => self.motors_enabled = *on,
+            Command::QueryPheromones { .. } | Command::Report(_) => {}
+        }
+    }
+
+    fn set_cut(&mut self, direction: Direction, cut: bool) {
+        self.cuts.set(direction, cut);
+    }
+
+    /// Whether the driver has the robot.
+    fn is_connected(&self) -> bool {
+        self.is_up && self.lost_since.is_none()
+    }
+
+    fn reference(&self, model: &RobotModel) -> Option<MotorReference> {
+        let acceleration_mps2 = model.limits.acceleration_max_mps2;
+        Some(MotorReference { wheels: self.wheels(model), acceleration_mps2 })
+    }
+
+    fn absorb_state(&self, hash: &mut StateHash) {
         let pose = self.odometry.odom_from_base().se2();
         for value in [pose.x_m, pose.y_m, pose.yaw_rad] {
             hash.absorb(value);

@@ -13,18 +13,18 @@ const NOTHING_CM: u16 = u16::MAX;
 
 /// What the ground waits for, and since when.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Inquiry {
+pub(crate) struct Inquiry {
     since: [Option<Stamp>; Asked::ALL.len()],
 }
 
 impl Inquiry {
     /// It was asked just now; asked again before its answer it begins anew.
-    pub(super) fn begin(&mut self, asked: Asked, now: Stamp) {
+    pub(crate) fn begin(&mut self, asked: Asked, now: Stamp) {
         self.since[asked as usize] = Some(now);
     }
 
     /// What a message of the robot, or its silence, says to what was asked; nothing to what was not.
-    pub(super) fn hear(
+    pub(crate) fn hear(
         &mut self,
         event: GroundStationEvent,
         now: Stamp,
@@ -54,7 +54,7 @@ impl Inquiry {
     }
 
     /// Over a line without bytes nobody repeats a question: it is given up after so long a silence.
-    pub(super) fn give_up(&mut self, now: Stamp, after: Duration) -> Option<(LogLevel, String)> {
+    pub(crate) fn give_up(&mut self, now: Stamp, after: Duration) -> Option<(LogLevel, String)> {
         let is_late = |asked: &Asked| {
             self.since[*asked as usize].is_some_and(|since| now.since(since) >= after)
         };
@@ -62,7 +62,7 @@ impl Inquiry {
         self.hear(GroundStationEvent::Unanswered(asked.message()), now)
     }
 
-    pub(super) fn absorb_state(&self, hash: &mut StateHash) {
+    pub(crate) fn absorb_state(&self, hash: &mut StateHash) {
         for since in self.since {
             hash.absorb_u64(since.map_or(0, |since| since.as_nanos() + 1));
         }

@@ -10,7 +10,7 @@ use crate::{
 
 /// Every device, with its state.
 #[derive(Debug)]
-pub(super) struct Devices {
+pub(crate) struct Devices {
     devices: Vec<Device>,
 }
 
@@ -25,7 +25,7 @@ struct Device {
 }
 
 impl Devices {
-    pub(super) fn new(plans: &[DevicePlan]) -> Self {
+    pub(crate) fn new(plans: &[DevicePlan]) -> Self {
         let device = |plan: &DevicePlan| Device {
             plan: plan.clone(),
             is_on: false,
@@ -36,7 +36,7 @@ impl Devices {
     }
 
     /// Reads the detectors, releases buttons whose time is up.
-    pub(super) fn sense(&mut self, now: Stamp, step: u64, world: &World) {
+    pub(crate) fn sense(&mut self, now: Stamp, step: u64, world: &World) {
         for device in &mut self.devices {
             match &device.plan.wiring {
                 DeviceWiring::Button { .. } => {
@@ -56,7 +56,7 @@ impl Devices {
     }
 
     /// Digital inputs as the wiring has them: (number, value).
-    pub(super) fn inputs(&self) -> impl Iterator<Item = (u8, bool)> + '_ {
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = (u8, bool)> + '_ {
         self.devices.iter().filter_map(|d| match d.plan.wiring {
             DeviceWiring::Button { input } | DeviceWiring::Motion { input, .. } => {
                 input.map(|n| (n, d.is_on))
@@ -67,7 +67,7 @@ impl Devices {
 
     /// Drives the actuators from the decision node's outputs; `changed` hears the index of each that
     /// was switched.
-    pub(super) fn drive(&mut self, outputs: u16, now: Stamp, mut changed: impl FnMut(usize)) {
+    pub(crate) fn drive(&mut self, outputs: u16, now: Stamp, mut changed: impl FnMut(usize)) {
         for (index, device) in self.devices.iter_mut().enumerate() {
             let (DeviceWiring::Latch { output, .. } | DeviceWiring::Lamp { output, .. }) =
                 device.plan.wiring
@@ -86,19 +86,19 @@ impl Devices {
     }
 
     /// Presses or releases a button until told otherwise.
-    pub(super) fn hold(&mut self, index: usize, pressed: bool) {
+    pub(crate) fn hold(&mut self, index: usize, pressed: bool) {
         self.devices[index].is_on = pressed;
         self.devices[index].released_at_step = None;
     }
 
     /// Presses a button; it is released before the step `until_step`.
-    pub(super) fn press(&mut self, index: usize, until_step: u64) {
+    pub(crate) fn press(&mut self, index: usize, until_step: u64) {
         self.devices[index].is_on = true;
         self.devices[index].released_at_step = Some(until_step);
     }
 
     /// The index of a button by its name.
-    pub(super) fn button(&self, name: &str) -> Result<usize, InterventionError> {
+    pub(crate) fn button(&self, name: &str) -> Result<usize, InterventionError> {
         let is_button = |d: &Device| matches!(d.plan.wiring, DeviceWiring::Button { .. });
         let found = self.devices.iter().position(|d| is_button(d) && d.plan.name == name);
         found.ok_or_else(|| {
@@ -112,12 +112,12 @@ impl Devices {
         })
     }
 
-    pub(super) fn label(&self, index: usize) -> &str {
+    pub(crate) fn label(&self, index: usize) -> &str {
         &self.devices[index].plan.label
     }
 
     /// What an actuator does now, in words.
-    pub(super) fn describe(&self, index: usize) -> String {
+    pub(crate) fn describe(&self, index: usize) -> String {
         let device = &self.devices[index];
         let text = match (&device.plan.wiring, device.is_on) {
             (DeviceWiring::Latch { .. }, true) => "opens",
@@ -129,15 +129,15 @@ impl Devices {
     }
 
     /// When a device was on for the first time.
-    pub(super) fn first_on(&self, index: usize) -> Option<Stamp> {
+    pub(crate) fn first_on(&self, index: usize) -> Option<Stamp> {
         self.devices[index].first_on
     }
 
-    pub(super) fn is_on(&self) -> impl Iterator<Item = bool> + '_ {
+    pub(crate) fn is_on(&self) -> impl Iterator<Item = bool> + '_ {
         self.devices.iter().map(|d| d.is_on)
     }
 
-    pub(super) fn absorb_state(&self, hash: &mut StateHash) {
+    pub(crate) fn absorb_state(&self, hash: &mut StateHash) {
         for device in &self.devices {
             hash.absorb_u64(u64::from(device.is_on));
         }
