@@ -6,19 +6,24 @@
 //! is one more factor, because it decides how soon the wheels do what the law asks for.
 
 mod ideal;
+mod measures;
+mod setting;
+mod straight;
 mod sweep;
 
 use figures::{Axes, Floor, Line};
-use geometry::{Se2, Vec2};
+use geometry::Vec2;
 use missions::{Mission, MissionError};
-use run_context::{RandomStream, RunSeed};
+use run_context::RandomStream;
 
 use crate::{
     ExperimentError, Figure, Options, Progress, Report, Section, Table,
     batch::{Outcome, run_all, uniform},
     report,
-    statistics::median,
 };
+use measures::{all_medians, cell, greatest_excursion_mm, lost, n_lost, settled_rms_mm};
+use setting::Setting;
+use straight::{ideal_medians, straight_mission};
 
 const FREE_TRAIL: &str = include_str!("free-trail.toml");
 
@@ -30,63 +35,8 @@ const PERIODS_MS: [u32; 4] = [100, 200, 400, 600];
 const SIGMAS_M: [f64; 4] = [0.4, 0.6, 0.68, 0.9];
 /// What the wheels accelerate with, m/s²: the robot's factory setting, and quicker ones.
 const ACCELERATIONS_MPS2: [f64; 3] = [0.3, 1.0, 2.0];
-/// The part of the straight trail on which the error has settled, m along it.
-const SETTLED_M: std::ops::Range<f64> = 3.0..6.6;
 /// The corner of the mission `trail-corner`, m.
 const CORNER_M: Vec2 = Vec2::new(4.0, 0.0);
-/// Distance from the trail from which on a robot counts as having lost it, m.
-const LOST_M: f64 = 0.6;
-
-/// One row of the settings on the straight trail.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Setting {
-    acceleration_mps2: f64,
-    speed_mps: f64,
-    period_ms: u32,
-    sigma_m: f64,
-    five_sets: bool,
-    /// Cairn's default way of driving: sets as wide and a speed as great as the trail allows. The thesis's
-    /// robot keeps its speed, and its law is the same at every speed.
-    fit_to_speed: bool,
-}
-
-impl Setting {
-    /// The thesis's own conditions.
-    const THESIS: Self = Self {
-        acceleration_mps2: 0.3,
-        speed_mps: 0.3,
-        period_ms: 200,
-        sigma_m: 0.6,
-        five_sets: false,
-        fit_to_speed: false,
-    };
-
-    fn overrides(self) -> Vec<String> {
-        let Self { acceleration_mps2, speed_mps, period_ms, sigma_m, five_sets, fit_to_speed } =
-            self;
-        let controller = if five_sets { "fuzzy_fine" } else { "fuzzy" };
-        vec![
-            // The thesis's robot drives off at once; its law turns it.
-            "robots.mind.follow.turn_first=false".to_owned(),
-            // And its antennas alone lead it: no scout helps when they smell nothing.
-            "robots.mind.how.preview_m=0".to_owned(),
-            format!("robots.mind.follow.fit_to_speed={fit_to_speed}"),
-            format!("robots.mind.follow.acceleration_mps2={acceleration_mps2}"),
-            format!("robots.mind.follow.speed_mps={speed_mps}"),
-            format!("robots.mind.control_period_ms={period_ms}"),
-            format!("robots.mind.follow.trail_law={controller}"),
-            format!("pheromones.sigma_m={sigma_m}"),
-        ]
-    }
-}
-
-impl Setting {
-    /// Five sets, a larger radius and a shorter period.
-    fn with_all_remedies(self) -> Self {
-        Self { five_sets: true, sigma_m: 0.9, period_ms: 100, ..self }
-    }
-}
-
 pub(crate) fn run(options: &Options, progress: Progress<'_>) -> Result<Report, ExperimentError> {
     if !options.sweep.is_empty() {
         return sweep::run(options, progress);
@@ -131,41 +81,6 @@ pub(crate) fn run(options: &Options, progress: Progress<'_>) -> Result<Report, E
             comparison(&straight, on_straight, at_corner, &ideal),
         ],
     })
-}
-
-/// Where a run begins: x (m) within the trail's first 40 mm, and yaw (degrees), 45° to either side. Elsewhere in
-/// the cell the scout's way begins farther away, and the navigator turns in place to get there, which the
-/// thesis's robot does not.
-fn straight_start(rng: &mut RandomStream) -> (f64, f64) {
-    let sign = if uniform(rng, -1.0, 1.0) < 0.0 { -1.0 } else { 1.0 };
-    (uniform(rng, 0.0, 0.04), 45.0 * sign)
-}
-
-fn straight_mission(setting: Setting, rng: &mut RandomStream) -> Result<Mission, MissionError> {
-    let (x_m, yaw_deg) = straight_start(rng);
-    let mut overrides = setting.overrides();
-    overrides.push(format!("robots.start=[{x_m}, 0.0, {yaw_deg}]"));
-    Mission::load("trail-45deg", &overrides)
-}
-
-/// Settled distances (mm, median over the starts of all runs) of an ideal loop, whose wheels turn at once
-/// as asked, by setting; `None` where most lose the trail.
-fn ideal_medians(
-    settings: &[Setting],
-    options: &Options,
-) -> Result<Vec<Option<f64>>, ExperimentError> {
-    let of = |setting: &Setting| {
-        let mut kept = Vec::new();
-        for run in 0..options.n_runs {
-            let seed = RunSeed(options.seed.0.wrapping_add(u64::from(run)));
-            let (x_m, yaw_deg) = straight_start(&mut seed.stream("experiment/situation"));
-            let start = Se2::new(x_m, 0.0, yaw_deg.to_radians());
-            kept.extend(ideal::settled_rms_mm(*setting, start)?);
-        }
-        let most = 2 * kept.len() > options.n_runs as usize;
-        Ok(median(&kept).filter(|_| most))
-    };
-    settings.iter().map(of).collect()
 }
 
 /// The ideal loop by speed and period.
@@ -246,35 +161,6 @@ fn remedied() -> impl Iterator<Item = Setting> {
             ]
         })
     })
-}
-
-/// Root mean square distance from the straight trail once settled, mm; `None` when the robot lost the
-/// trail: what it drove then says nothing about the law.
-fn settled_rms_mm(outcome: &Outcome) -> Option<f64> {
-    if lost(outcome) {
-        return None;
-    }
-    let line = outcome.line_m();
-    let settled: Vec<f64> =
-        line.iter().filter(|p| SETTLED_M.contains(&p.x)).map(|p| p.y * p.y).collect();
-    let mean = settled.iter().sum::<f64>() / settled.len() as f64;
-    (!settled.is_empty()).then(|| mean.sqrt() * 1e3)
-}
-
-fn lost(outcome: &Outcome) -> bool {
-    !outcome.arrived() || outcome.line_m().iter().any(|p| p.y.abs() > LOST_M)
-}
-
-fn greatest_excursion_mm(outcome: &Outcome) -> f64 {
-    outcome.line_m().iter().map(|p| p.y.abs()).fold(0.0, f64::max) * 1e3
-}
-
-fn all_medians(outcomes: &[Outcome], figure: impl Fn(&Outcome) -> Option<f64>) -> Option<f64> {
-    median(&outcomes.iter().filter_map(figure).collect::<Vec<_>>())
-}
-
-fn cell(value: Option<f64>) -> String {
-    value.map_or_else(|| "–".to_owned(), |v| format!("{v:.1}"))
 }
 
 fn trajectories(straight: &[Outcome], free: &[Outcome]) -> Result<Section, ExperimentError> {
@@ -368,10 +254,6 @@ fn speed_and_period(
         tables: vec![table],
         figures: figures.into_iter().collect::<Result<_, _>>()?,
     })
-}
-
-fn n_lost(runs: &[Outcome]) -> String {
-    format!("{} of {}", runs.iter().filter(|run| lost(run)).count(), runs.len())
 }
 
 /// Settled distance against period, one line a speed.
@@ -561,7 +443,9 @@ fn comparison(
 
 #[cfg(test)]
 mod tests {
+    use super::setting::SETTLED_M;
     use super::*;
+    use run_context::RunSeed;
 
     /// Runs per setting below. Two settings meet the same situations, run by run; if they did not
     /// differ, all six pairs would differ in the expected direction with a chance of 1/64.

@@ -11,6 +11,8 @@ mod method;
 mod results;
 mod room;
 mod sections;
+mod task;
+mod words;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -24,6 +26,7 @@ use crate::{ExperimentError, Options, Progress, Report};
 use method::{Judged, Method, thesis};
 use results::Results;
 use room::{ROOMS, Room};
+use task::{EIGHT, FIVE, Task, Timing};
 
 /// What systematic drift the table of targets asks for, degrees per metre.
 const DRIFT_DEGPM: f64 = 1.0;
@@ -34,20 +37,6 @@ const RUNS_PER_DESCRIBED: usize = 5;
 const HALF_SPEED_MPS: f64 = 0.04;
 /// Seeds of the first visits lie so far from those of the runs.
 const FIRST_VISIT: u64 = 1_000_000;
-const FIVE: &str = "artemic5";
-const EIGHT: &str = "artemic8";
-
-/// A drive, and how its recordings are mapped.
-#[derive(Debug)]
-struct Task {
-    /// Index of the room.
-    room: usize,
-    /// To the left; the second of two runs takes it to the right.
-    drift_degpm: f64,
-    is_half_speed: bool,
-    methods: Vec<Method>,
-}
-
 pub(crate) fn run(options: &Options, progress: Progress<'_>) -> Result<Report, ExperimentError> {
     let scope = Scope { rooms: &ROOMS, rings: &[FIVE, EIGHT], duration_max_s: f64::INFINITY };
     let results = measure(scope, options, progress)?;
@@ -218,15 +207,6 @@ fn matured() -> Vec<Method> {
 /// V1b: short-term maps of twice the length.
 fn doubled() -> [Method; 2] {
     [Method::Thesis(3, Maturity::Scans(40)), Method::Matured(Maturity::Distance(2.0))]
-}
-
-/// What mapping a recording takes.
-#[derive(Clone, Debug)]
-struct Timing {
-    label: String,
-    took_s: f64,
-    drive_s: f64,
-    n_maps: usize,
 }
 
 /// The first drive of E1 once more, method by method, nothing beside it.

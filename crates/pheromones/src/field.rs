@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use geometry::Vec2;
 use run_context::StateHash;
 
-use crate::deposits::Deposit;
+use crate::deposit::Deposit;
 
 /// The strongest source. Larger cell values are reserved (walls, by convention) and smell of nothing.
 pub const VALUE_MAX: u8 = 127;

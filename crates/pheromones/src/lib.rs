@@ -17,6 +17,7 @@
 //!
 //! When not to use it: obstacles are unknown to the field; pair it with an avoider.
 
+mod deposit;
 mod deposits;
 mod drawing;
 mod field;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::{Field, FieldError, VALUE_MAX, deposits::Deposit};
+use crate::{Field, FieldError, VALUE_MAX, deposit::Deposit};
 
 /// The first line of every snapshot: name and version of the format.
 pub const SNAPSHOT_HEADER: &str = "cairn pheromone snapshot 1";

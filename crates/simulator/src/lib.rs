@@ -43,6 +43,7 @@ pub mod floor_plan;
 mod floor_tags;
 mod neighbours;
 mod people;
+mod place;
 mod placing;
 mod scene;
 mod spec;

@@ -6,8 +6,8 @@ use geometry::Vec2;
 use run_context::Stamp;
 
 use crate::{
+    place::is_place,
     spec::{PersonSpec, WorldError},
-    world::is_place,
 };
 
 /// A yielding person waits while a robot's footprint is this close to their circle ahead, metres.

@@ -5,8 +5,9 @@ use geometry::{Se2, Vec2};
 use crate::{
     collide,
     contact::Obstacle,
+    place::is_place,
     spec::{ThingSpec, WorldError},
-    world::{World, is_place},
+    world::World,
 };
 
 /// Walls whose bounding box is narrower than this are no room, but a strip to drive along, metres.

@@ -1,7 +1,8 @@
 //! What a sensor can see: walls, things, people and the other robots.
 
 use geometry::{ConeScene, ConeView, Ray, RayCaster, RayHit};
-use sensor_models::{PERSON_TAG, ROBOT_TAG};
+use run_context::RandomStream;
+use sensor_models::{Echo, EchoCause, PERSON_TAG, ROBOT_TAG};
 
 use crate::{collide, spec::BodyId, world::World};
 
@@ -10,6 +11,27 @@ use crate::{collide, spec::BodyId, world::World};
 pub struct Scene<'a> {
     pub(crate) world: &'a World,
     pub(crate) seen_by: Option<BodyId>,
+}
+
+impl World {
+    /// Fires one sonar of a robot: it meets walls, things, people and other robots.
+    ///
+    /// Draws from the caller's `rng`, so robots may be asked in parallel. A sensor that the robot
+    /// does not have hears nothing.
+    pub fn ping(&self, id: BodyId, sensor_index: usize, rng: &mut RandomStream) -> Echo {
+        let body = &self.bodies[id.0];
+        let Some(mount) = body.model.sonars.get(sensor_index) else {
+            let range_m = body.sonar.range_max_m;
+            return Echo { range_m, cause: EchoCause::Nothing, nearest_in_cone_m: range_m };
+        };
+        let world_from_sensor = body.world_from_base * mount.base_from_sensor;
+        body.sonar.ping(world_from_sensor.se2(), &self.scene(Some(id)), &self.materials, rng)
+    }
+
+    /// The world as a sensor meets it; of the robot `seen_by`, which does not see itself.
+    pub fn scene(&self, seen_by: Option<BodyId>) -> Scene<'_> {
+        Scene { world: self, seen_by }
+    }
 }
 
 impl RayCaster for Scene<'_> {

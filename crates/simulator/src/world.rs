@@ -4,8 +4,8 @@ use std::{fmt, time::Duration};
 
 use geometry::{Aabb, Polygon, Se2, SegmentWorld, Vec2};
 use robot_models::WheelSpeeds;
-use run_context::{RandomStream, RunSeed, Stamp, StateHash};
-use sensor_models::{Echo, EchoCause, Material, materials};
+use run_context::{RunSeed, Stamp, StateHash};
+use sensor_models::{Material, materials};
 
 use crate::{
     body::{Body, transform_into},
@@ -13,12 +13,9 @@ use crate::{
     floor_tags::FloorTags,
     neighbours::Neighbours,
     people::Person,
-    scene::Scene,
     spec::{BodyId, RobotPlacement, ThingId, ThingSpec, WorldError, WorldSpec},
 };
 
-/// No coordinate of a world may be larger: beyond it a millimetre is lost in rounding.
-const COORDINATE_MAX_M: f64 = 1e6;
 /// Faster than any wheel accelerates, metres per second squared; keeps the state finite.
 const ACCELERATION_MAX_MPS2: f64 = 1e3;
 
@@ -240,25 +237,6 @@ impl World {
         self.scratch = corners;
     }
 
-    /// Fires one sonar of a robot: it meets walls, things, people and other robots.
-    ///
-    /// Draws from the caller's `rng`, so robots may be asked in parallel. A sensor that the robot
-    /// does not have hears nothing.
-    pub fn ping(&self, id: BodyId, sensor_index: usize, rng: &mut RandomStream) -> Echo {
-        let body = &self.bodies[id.0];
-        let Some(mount) = body.model.sonars.get(sensor_index) else {
-            let range_m = body.sonar.range_max_m;
-            return Echo { range_m, cause: EchoCause::Nothing, nearest_in_cone_m: range_m };
-        };
-        let world_from_sensor = body.world_from_base * mount.base_from_sensor;
-        body.sonar.ping(world_from_sensor.se2(), &self.scene(Some(id)), &self.materials, rng)
-    }
-
-    /// The world as a sensor meets it; of the robot `seen_by`, which does not see itself.
-    pub fn scene(&self, seen_by: Option<BodyId>) -> Scene<'_> {
-        Scene { world: self, seen_by }
-    }
-
     /// Adds a thing during the run.
     ///
     /// # Errors
@@ -341,9 +319,4 @@ impl fmt::Debug for World {
             .field("n_robots", &self.bodies.len())
             .finish_non_exhaustive()
     }
-}
-
-/// Whether a number can be a coordinate (m): finite, and not absurd.
-pub(crate) fn is_place(value: f64) -> bool {
-    value.abs() <= COORDINATE_MAX_M
 }

@@ -21,9 +21,9 @@ use serde_json::{Map, Value, json};
 
 use crate::{
     config::{ConfigError, SurveyConfig},
+    mapper::SurveyError,
     outcome::{Figure, Judgement, Known, Outcome},
     page::{ReportInput, method_name, report},
-    survey::SurveyError,
 };
 
 /// Name of the folder of a survey under way.

@@ -9,7 +9,7 @@ use crate::{
     clock::Stages,
     config::SurveyConfig,
     drawing::{LaserDrawing, SurveyMap},
-    survey::{Closed, Counter, Event, Mapper, SurveyError},
+    mapper::{Closed, Counter, Event, Mapper, SurveyError},
 };
 
 #[derive(Debug)]

@@ -10,6 +10,7 @@ mod drawing;
 mod folder;
 mod known;
 mod laser;
+mod mapper;
 mod odometry;
 mod outcome;
 mod page;
@@ -27,13 +28,12 @@ pub use folder::{
     write_results,
 };
 pub use known::{RelationsFile, TruthFile, read_known_relations, read_truth};
+pub use mapper::{Candidate, Closed, Counter, Event, Registration, ShortTerm, SurveyError};
 pub use outcome::{Figure, Judgement, Known, Outcome};
 pub use page::{ReportInput, report};
 pub use slam::evaluate::{Errors, Relation, RelationErrors};
 pub use sonar::SurveyPrior;
-pub use survey::{
-    Candidate, Closed, Counter, Event, Progress, Registration, ShortTerm, Survey, SurveyError,
-};
+pub use survey::{Progress, Survey};
 pub use sweep::{
     Evaluate, Goal, JournalError, PlanError, Row, Setting, SweepError, SweepOptions, SweepOutcome,
     SweepPlan, SweepProgress, SweepTable, sweep, sweep_fingerprint, sweep_report, tune,

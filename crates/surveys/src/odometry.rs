@@ -7,7 +7,7 @@ use crate::{
     clock::Stages,
     config::SurveyConfig,
     drawing::{LaserDrawing, SurveyMap},
-    survey::{Counter, Event, Mapper, SurveyError},
+    mapper::{Counter, Event, Mapper, SurveyError},
 };
 
 #[derive(Debug)]

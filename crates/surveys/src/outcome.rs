@@ -14,7 +14,7 @@ use crate::{
     config::{MapSettings, Method, Mode},
     drawing::SurveyMap,
     known::on_the_best_clock,
-    survey::{Closed, Counter, Registration, SurveyError},
+    mapper::{Closed, Counter, Registration, SurveyError},
 };
 
 /// Known poses farther apart in time than this say nothing about what is between them, seconds.

@@ -7,8 +7,8 @@ use slam::evaluate::{Errors, RelationErrors};
 
 use crate::{
     config::{Method, Mode, SurveyConfig},
+    mapper::Registration,
     outcome::{Judgement, Outcome},
-    survey::Registration,
 };
 
 /// Points of a drawn trajectory are at least this part of its extent apart.
@@ -233,7 +233,7 @@ fn correction_section(outcome: &Outcome) -> Result<Section, FigureError> {
         corrections.iter().step_by(every).map(|c| (c.0, value(c))).collect::<Vec<_>>()
     };
     let when = |scan: usize| outcome.trajectory.get(scan).map(|p| p.stamp.as_secs_f64());
-    let closed = |value: &dyn Fn(&crate::survey::Closed) -> f64| {
+    let closed = |value: &dyn Fn(&crate::mapper::Closed) -> f64| {
         outcome.closed.iter().filter_map(|c| Some((when(c.to_scan)?, value(c)))).collect::<Vec<_>>()
     };
     let step = |value: &dyn Fn(geometry::Se2) -> f64| {

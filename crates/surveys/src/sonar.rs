@@ -3,30 +3,23 @@
 mod classic;
 mod continuous;
 mod graph;
+mod keys;
+mod prior;
 mod settings;
 
-pub(crate) use settings::{KEYS, SonarSettings};
+pub(crate) use keys::KEYS;
+pub use prior::SurveyPrior;
+pub(crate) use settings::SonarSettings;
 
-use geometry::Se2;
-use grid_maps::LogOddsMap;
 use recordings::{Recording, Rig};
 
 use crate::{
     config::{Mode, SurveyConfig},
-    survey::{Mapper, SurveyError},
+    mapper::{Mapper, SurveyError},
 };
 use classic::ClassicMapper;
 use continuous::ContinuousMapper;
 use graph::GraphMapper;
-
-/// A map that is known before the survey begins.
-#[derive(Clone, Debug)]
-pub struct SurveyPrior {
-    /// Its evidence.
-    pub map: LogOddsMap,
-    /// Where the robot is in it at the first scan, within about 0.1 m and 3°; `None`: where its odometry says.
-    pub start: Option<Se2>,
-}
 
 /// The form of the method that the mode names.
 pub(crate) fn mapper(

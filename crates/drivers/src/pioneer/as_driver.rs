@@ -5,7 +5,11 @@ use robot_models::RobotModel;
 use run_context::Stamp;
 use wire::arcos::Command as Packet;
 
-use super::{PioneerDriver, PioneerDriverConfig, PioneerSettings, send};
+use super::{
+    packets::send,
+    settings::{PioneerDriverConfig, PioneerSettings},
+    state::PioneerDriver,
+};
 use crate::{Driver, DriverConfig};
 
 /// The fastest wheel speed that Pioneers allow when switched on, m/s.

@@ -1,39 +1,22 @@
 //! Connecting, and putting right what was lost on the way.
 
+use std::time::Duration;
+
 use messages::Observations;
 use run_context::Stamp;
-use wire::arcos::{Command as Packet, ConfigPac, Sip};
+use wire::arcos::{Command as Packet, Sip};
 
 use super::{
-    FLAG_MOTORS, FLAGS_SONAR, MEND_PERIOD, N_SETTINGS_TRIES, PioneerDriver, PioneerSettings,
-    losing::Hearing, send,
+    packets::{FLAG_MOTORS, FLAGS_SONAR, send},
+    settings::PioneerSettings,
+    state::{Hearing, Phase, PioneerDriver, Step},
 };
 
-/// How far the connection has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Phase {
-    /// The robot was lost, or sent away: nothing is said until its watchdog must have stopped it.
-    Silent,
-    /// A SYNC was sent and its echo is awaited.
-    Sync(Step),
-    /// CLOSE was sent to an old session; packets still under way are passed over.
-    Closing,
-    /// OPEN was sent and the first information packet is awaited.
-    Opening,
-    /// Information packets come in.
-    Connected,
-}
+/// Time between two attempts to put right what the robot reports as wrong.
+const MEND_PERIOD: Duration = Duration::from_millis(500);
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Step {
-    Zero,
-    One,
-    Two,
-}
-
-impl Phase {
-    pub(super) const FIRST: Self = Self::Sync(Step::Zero);
-}
+/// How often the limits are sent while the robot reports others: it may refuse them.
+const N_SETTINGS_TRIES: u32 = 5;
 
 impl PioneerDriver {
     /// What time demands: retries, the heartbeat, giving up a silent connection.
@@ -136,38 +119,4 @@ impl PioneerDriver {
         }
         send(&Packet::Config, out);
     }
-}
-
-impl PioneerSettings {
-    fn packets(&self) -> [Option<Packet>; 6] {
-        let millimetres = |metres: f64| (1000.0 * metres).round() as i16;
-        let degrees = |rad: f64| rad.to_degrees().round() as i16;
-        [
-            self.speed_max_mps.map(|mps| Packet::SetV(millimetres(mps))),
-            self.acceleration_mps2.map(|mps2| Packet::SetA(millimetres(mps2))),
-            self.acceleration_mps2.map(|mps2| Packet::SetA(-millimetres(mps2))),
-            self.turn_rate_max_radps.map(|radps| Packet::SetRv(degrees(radps))),
-            self.turn_acceleration_radps2.map(|radps2| Packet::SetRa(degrees(radps2))),
-            self.turn_acceleration_radps2.map(|radps2| Packet::SetRa(-degrees(radps2))),
-        ]
-    }
-
-    /// Whether the robot's configuration is what these settings ask for.
-    pub(super) fn agree_with(&self, config: &ConfigPac) -> bool {
-        self.packets().iter().flatten().all(|packet| match *packet {
-            Packet::SetV(mmps) => same(mmps, config.speed_max_mmps),
-            Packet::SetA(mmps2) if mmps2 < 0 => same(-mmps2, config.deceleration_mmps2),
-            Packet::SetA(mmps2) => same(mmps2, config.acceleration_mmps2),
-            Packet::SetRv(degps) => same(degps, config.rotation_max_degps),
-            Packet::SetRa(degps2) if degps2 < 0 => {
-                same(-degps2, config.rotation_deceleration_degps2)
-            }
-            Packet::SetRa(degps2) => same(degps2, config.rotation_acceleration_degps2),
-            _ => true,
-        })
-    }
-}
-
-fn same(sent: i16, reported: u16) -> bool {
-    u16::try_from(sent) == Ok(reported)
 }

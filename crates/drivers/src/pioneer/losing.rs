@@ -24,7 +24,10 @@ use messages::{Command, LinkState, Observations, Sensed};
 use run_context::Stamp;
 use wire::arcos::{Command as Packet, Sip};
 
-use super::{PioneerDriver, connection::Phase, is_rest, send};
+use super::{
+    packets::{is_rest, send},
+    state::{Hearing, Phase, PioneerDriver},
+};
 
 /// How often STOP is sent when the robot is lost.
 const N_LAST_STOPS: u32 = 3;
@@ -52,30 +55,6 @@ const ASK_AGAIN_PERIOD: Duration = Duration::from_millis(250);
 
 /// How long a question may go unanswered beyond the watchdog's time.
 const DEAF_MARGIN: Duration = Duration::from_secs(1);
-
-/// What is known of whether the robot hears.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Hearing {
-    /// When it last answered in this session; `None`: never yet.
-    answered: Option<Stamp>,
-    /// When the oldest question without an answer left.
-    asked: Option<Stamp>,
-    /// When the last question left.
-    asked_last: Stamp,
-}
-
-impl Hearing {
-    /// The robot answered.
-    pub(super) fn hear(&mut self, now: Stamp) {
-        self.answered = Some(now);
-        self.asked = None;
-    }
-
-    /// Since when questions have gone unanswered by a robot that used to answer them.
-    fn deaf_for(&self, now: Stamp) -> Option<Duration> {
-        self.answered.and(self.asked).map(|asked| now.since(asked))
-    }
-}
 
 impl PioneerDriver {
     /// How long this robot drives on without a packet.

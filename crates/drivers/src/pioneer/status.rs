@@ -8,6 +8,8 @@ use robot_models::WheelSpeeds;
 use run_context::Stamp;
 use wire::arcos::Sip;
 
+use super::packets::FLAG_MOTORS;
+
 /// Positions wrap after so many millimetres.
 const WRAP_MM: i64 = 1 << 15;
 
@@ -34,7 +36,7 @@ impl StatusReader {
 
     /// What a packet says, device by device. It does not say when a sonar was heard: its own time stands for that.
     pub(super) fn read(&mut self, about: Stamp, sip: &Sip, observations: &mut Observations) {
-        let enabled = sip.flags & super::FLAG_MOTORS != 0;
+        let enabled = sip.flags & FLAG_MOTORS != 0;
         observations.push(about, Sensed::Motors(Motors { enabled }));
         let voltage_v = 0.1 * f64::from(sip.battery_decivolts);
         observations.push(about, Sensed::Battery(Battery { voltage_v }));

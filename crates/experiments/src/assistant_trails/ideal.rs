@@ -12,7 +12,7 @@ use path_following::{
 };
 use pheromones::{Field, FieldError, SenseConfig};
 
-use super::{LOST_M, SETTLED_M, Setting};
+use super::setting::{LOST_M, SETTLED_M, Setting};
 use crate::ExperimentError;
 
 /// Pieces into which a control period is divided to record the way.

@@ -1,8 +1,9 @@
 //! The straight trail with conditions of one's own: every combination of what is asked for.
 
 use super::{
-    Setting, all_medians, cell, greatest_excursion_mm, ideal_medians, n_lost, settled_rms_mm,
-    straight_mission,
+    measures::{all_medians, cell, greatest_excursion_mm, n_lost, settled_rms_mm},
+    setting::Setting,
+    straight::{ideal_medians, straight_mission},
 };
 use crate::{ExperimentError, Options, Progress, Report, Section, Sweep, Table, batch::run_all};
 

@@ -6,7 +6,7 @@ use figures::Section;
 use super::{
     method::{Judged, Method, thesis},
     results::{Case, Results, mean},
-    sections::{metres, percent},
+    words::{metres, percent},
 };
 use crate::report;
 

@@ -1,9 +1,9 @@
 //! What was measured, by room, drift and method.
 
 use super::{
-    EIGHT, FIVE, Task,
     method::{Judged, Kept, Method},
     room::Room,
+    task::{EIGHT, FIVE, Task},
 };
 
 /// Everything that the report is made of.

@@ -3,9 +3,10 @@
 use figures::{Axes, Figure, Floor, Line, Section, Table};
 
 use super::{
-    Timing,
     method::{Judged, Method, thesis},
     results::{Case, Results, mean},
+    task::Timing,
+    words::{metres, number, percent},
 };
 use crate::ExperimentError;
 use continuous_localisation::Maturity;
@@ -13,20 +14,6 @@ use continuous_localisation::Maturity;
 /// The goal with drift and without: part of odometry's error that may be left.
 const GOALS_RATIO: [f64; 2] = [0.15, 1.10];
 const NAMES: [&str; 4] = ["E1", "E2", "E3", "E4"];
-
-/// Metres with three digits; a dash for what was not measured.
-pub(super) fn metres(value: f64) -> String {
-    number(value, 3)
-}
-
-/// A ratio in per cent.
-pub(super) fn percent(ratio: f64) -> String {
-    number(100.0 * ratio, 1)
-}
-
-fn number(value: f64, digits: usize) -> String {
-    if value.is_finite() { format!("{value:.digits$}") } else { "–".to_owned() }
-}
 
 fn titled(heading: &str, text: &[&str], tables: Vec<Table>) -> Section {
     Section {

@@ -7,15 +7,14 @@ use super::{
 };
 use crate::{Aabb, Vec2};
 
+mod boxes;
 mod build;
 mod coarse;
 mod room;
 mod show;
 
+use boxes::{Boxes, WIDTH};
 use coarse::CoarseRay;
-
-/// Children of a node: as many boxes as one vector register holds single-precision numbers.
-const WIDTH: usize = 4;
 
 /// Levels of nodes at most. Four to the power of this is more than can be numbered, so there is
 /// always a tree that fits.
@@ -71,12 +70,6 @@ impl Child {
         }
     }
 }
-
-/// Four boxes side by side: min x, min y, max x, max y of each lane, metres from the middle of the
-/// world, rounded outwards. An unused lane has an empty box. One line of the cache.
-#[derive(Clone, Debug)]
-#[repr(align(64))]
-struct Boxes([[f32; WIDTH]; 4]);
 
 /// What the four boxes of a node lead to.
 #[derive(Clone, Debug)]

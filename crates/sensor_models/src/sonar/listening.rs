@@ -2,7 +2,7 @@
 
 use geometry::{Cone, ConeScene, ConeView, Piece, Ray, Sighting};
 
-use super::{Fate, SonarModel};
+use super::{fate::Fate, model::SonarModel};
 use crate::material::Material;
 
 /// A mirrored ray starts this far off the surface (m), or it would hit that surface again.

@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 use super::{
     config::{LaserConfig, RefineConfig, TrackingConfig},
     correlative::{ScoreGrid, SearchWindow},
-    mapper::Keyframe,
+    keyframe::Keyframe,
     points::PointScan,
     surfels::{PosePrior, Refined, SurfelMap},
 };

@@ -16,10 +16,11 @@ use nalgebra::Matrix3;
 use crate::uncertainty::{Links, adjoint};
 
 use super::{
+    closure::{Closure, Rejection, edge_information},
     config::{LaserConfig, LoopConfig},
     correlative::{SearchWindow, pose_distance},
+    keyframe::Keyframe,
     local_map::{LocalMap, isotropic, thinned},
-    mapper::{Closure, Keyframe, Rejection, edge_information},
     points::PointScan,
     surfels::{PosePrior, Refined},
 };

@@ -1,6 +1,9 @@
 //! What a mode sets before anything else is read.
 
-use super::{MapSettings, Mode, Values};
+use super::{
+    method::Mode,
+    values::{MapSettings, Values},
+};
 use crate::sonar::SonarSettings;
 
 /// A cell below it is written as free in the source's modes; the source itself only has occupied ones, from 0.7 on.

@@ -1,32 +1,16 @@
 //! From what people write to a checked configuration.
 
-use settings::{OverrideError, SettingError, Wrong};
+use settings::Wrong;
 
 use super::{
-    Mode, SurveyConfig, Values,
-    keys::{self, Key, MODE},
+    SurveyConfig,
+    error::ConfigError,
+    key::Key,
+    keys::{self, MODE},
+    method::Mode,
     presets,
+    values::Values,
 };
-
-/// Settings that cannot be used.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ConfigError {
-    /// The text is not TOML; the parser's own message shows line and column.
-    #[error("{origin}: {message}")]
-    Syntax {
-        /// The file.
-        origin: String,
-        /// The parser's message.
-        message: String,
-    },
-    /// A `--set` that cannot be applied.
-    #[error(transparent)]
-    Override(#[from] OverrideError),
-    /// A value that is not allowed, or a key that does not exist.
-    #[error("{0}")]
-    Setting(Box<SettingError>),
-}
 
 impl SurveyConfig {
     /// Reads a settings file, with `overrides` of the form `table.key=value` applied in order.
@@ -194,17 +178,17 @@ mod tests {
         for key in SurveyConfig::keys().filter(|key| key.name != MODE) {
             let own = key.read(before.values());
             let other = match key.kind {
-                super::keys::KeyKind::Number(low, high) => {
+                super::super::key::KeyKind::Number(low, high) => {
                     let value = own.as_float().unwrap();
                     toml::Value::Float(if value > low { low } else { high })
                 }
-                super::keys::KeyKind::Count(low, high) => {
+                super::super::key::KeyKind::Count(low, high) => {
                     let low = i64::try_from(low).unwrap();
                     let is_low = own.as_integer() == Some(low);
                     toml::Value::Integer(if is_low { i64::try_from(high).unwrap() } else { low })
                 }
-                super::keys::KeyKind::Flag => toml::Value::Boolean(!own.as_bool().unwrap()),
-                super::keys::KeyKind::Choice(words) => {
+                super::super::key::KeyKind::Flag => toml::Value::Boolean(!own.as_bool().unwrap()),
+                super::super::key::KeyKind::Choice(words) => {
                     let word = words.iter().find(|&&word| own.as_str() != Some(word)).unwrap();
                     toml::Value::String((*word).to_owned())
                 }

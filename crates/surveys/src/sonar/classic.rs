@@ -11,7 +11,7 @@ use crate::{
     clock::Stages,
     config::SurveyConfig,
     drawing::SurveyMap,
-    survey::{Candidate, Counter, Event, Mapper, Registration, SurveyError},
+    mapper::{Candidate, Counter, Event, Mapper, Registration, SurveyError},
 };
 
 /// Runs the method on the whole recording at the first scan, then tells scan by scan what it did.

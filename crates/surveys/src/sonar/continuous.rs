@@ -4,12 +4,12 @@ use continuous_localisation::{Localiser, Outcome, Registration as Registered, Sc
 use geometry::Se2;
 use recordings::{Recording, RingRig, StampedPose};
 
-use super::SurveyPrior;
+use super::prior::SurveyPrior;
 use crate::{
     clock::Stages,
     config::SurveyConfig,
     drawing::SurveyMap,
-    survey::{Candidate, Counter, Event, Mapper, Registration, ShortTerm, SurveyError},
+    mapper::{Candidate, Counter, Event, Mapper, Registration, ShortTerm, SurveyError},
 };
 
 /// How sure a given start in a known map is: standard deviations of position (m) and heading (rad).

@@ -11,7 +11,7 @@ use crate::{
     clock::Stages,
     config::SurveyConfig,
     drawing::SurveyMap,
-    survey::{Closed, Counter, Event, Mapper, ShortTerm, SurveyError},
+    mapper::{Closed, Counter, Event, Mapper, ShortTerm, SurveyError},
 };
 
 #[derive(Debug)]

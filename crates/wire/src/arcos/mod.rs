@@ -23,6 +23,7 @@ mod device_pacs;
 mod device_pacs_tests;
 mod fields;
 mod reader;
+mod report_error;
 mod sip;
 #[cfg(test)]
 mod tests;
@@ -33,7 +34,8 @@ pub use decoder::{Decoder, Packet};
 pub use describe::describe;
 pub use device_pacs::{GripperPac, IoPac, SimStatPac};
 pub(crate) use reader::reader;
-pub use sip::{IoFields, PowerFields, Report, ReportError, Sip, SonarReading, SonarReadings};
+pub use report_error::ReportError;
+pub use sip::{IoFields, PowerFields, Report, Sip, SonarReading, SonarReadings};
 
 /// The two bytes that open every packet.
 pub const HEADER: [u8; 2] = [0xFA, 0xFB];

@@ -5,7 +5,7 @@
 
 use super::{
     super::probe::{Probe, larger, smaller},
-    Boxes, WIDTH,
+    boxes::{Boxes, WIDTH},
 };
 use crate::Aabb;
 
