@@ -19,7 +19,7 @@
 
 mod reader;
 
-use crate::pending::Pending;
+use crate::search::{Found, Search};
 pub(crate) use reader::reader;
 
 /// The line's speed, bits per second.
@@ -150,51 +150,51 @@ pub fn crc8(bytes: &[u8]) -> u8 {
 /// Cost: at most 47 steps per received byte; at most 46 bytes stay behind between calls.
 #[derive(Clone, Debug)]
 pub struct Decoder {
-    pending: Pending,
+    search: Search,
     n_packets: u64,
-    n_bytes_skipped: u64,
     n_bad_checksums: u64,
 }
 
 impl Decoder {
     /// A decoder that has heard nothing.
     pub fn new() -> Self {
-        Self { pending: Pending::new(), n_packets: 0, n_bytes_skipped: 0, n_bad_checksums: 0 }
+        Self { search: Search::new(), n_packets: 0, n_bad_checksums: 0 }
     }
 
     /// Appends received bytes. Of more than 65 536 bytes not yet asked for, the oldest are dropped and
     /// counted as skipped.
     pub fn push(&mut self, bytes: &[u8]) {
-        let n_dropped = self.pending.push(bytes);
-        self.n_bytes_skipped = self.n_bytes_skipped.saturating_add(n_dropped as u64);
+        self.search.push(bytes);
     }
 
     /// The next whole packet with a right CRC, or `None` until more bytes come.
     pub fn next_packet(&mut self) -> Option<Packet> {
-        loop {
-            let unread = self.pending.unread();
-            let start = unread.iter().position(|&byte| byte == HEADER[0]);
-            self.skip(start.unwrap_or(unread.len()));
-            let unread = self.pending.unread();
-            if *unread.get(1)? != HEADER[1] {
-                self.skip(1);
-                continue;
-            }
-            let bytes = *unread.first_chunk::<PACKET_LEN>()?;
-            let (crc, body) = bytes.split_last()?;
-            if crc8(body) == *crc {
-                self.pending.skip(PACKET_LEN);
-                self.n_packets = self.n_packets.saturating_add(1);
-                return Some(Packet::decode(&bytes));
-            }
-            self.n_bad_checksums = self.n_bad_checksums.saturating_add(1);
-            self.skip(1);
-        }
+        let n_bad_checksums = &mut self.n_bad_checksums;
+        let packet = self.search.next(
+            |byte| byte == HEADER[0],
+            |bytes| {
+                match bytes.get(1) {
+                    None => return Found::Unfinished,
+                    Some(&second) if second != HEADER[1] => return Found::Noise,
+                    Some(_) => {}
+                }
+                let Some(packet) = bytes.first_chunk::<PACKET_LEN>() else {
+                    return Found::Unfinished;
+                };
+                if packet.split_last().is_some_and(|(crc, body)| crc8(body) == *crc) {
+                    return Found::Whole(Packet::decode(packet), PACKET_LEN);
+                }
+                *n_bad_checksums = n_bad_checksums.saturating_add(1);
+                Found::Noise
+            },
+        )?;
+        self.n_packets = self.n_packets.saturating_add(1);
+        Some(packet)
     }
 
     /// Forgets the bytes of an earlier connection; the counters stay.
     pub fn clear(&mut self) {
-        self.skip(self.pending.unread().len());
+        self.search.skip_all();
     }
 
     /// Packets so far.
@@ -204,7 +204,7 @@ impl Decoder {
 
     /// Bytes thrown away as noise so far.
     pub fn n_bytes_skipped(&self) -> u64 {
-        self.n_bytes_skipped
+        self.search.n_skipped()
     }
 
     /// Headers so far whose packet had a wrong CRC.
@@ -212,9 +212,9 @@ impl Decoder {
         self.n_bad_checksums
     }
 
-    fn skip(&mut self, n: usize) {
-        self.n_bytes_skipped = self.n_bytes_skipped.saturating_add(n as u64);
-        self.pending.skip(n);
+    #[cfg(test)]
+    pub(crate) fn n_unread(&self) -> usize {
+        self.search.unread().len()
     }
 }
 

@@ -22,10 +22,10 @@ pub mod dle;
 pub mod ground_link;
 pub mod ld06;
 pub mod link;
-mod pending;
 pub mod pheromone_link;
 mod readers;
 pub mod rplidar;
+mod search;
 pub mod sick_lms;
 
 pub use readers::{Reader, Take, Towards, reader};

@@ -19,7 +19,7 @@
 //! Differences: express scans (`82`) and configuration queries (`84`) are read as requests and have no answer
 //! here, as on early firmware.
 
-use crate::pending::Pending;
+use crate::search::Search;
 
 mod reader;
 mod request;
@@ -204,25 +204,22 @@ impl Node {
 /// Cost: at most 7 steps per received byte; at most 20 bytes stay behind between calls.
 #[derive(Clone, Debug)]
 pub struct Decoder {
-    pending: Pending,
+    search: Search,
     awaited: Option<AnswerKind>,
     n_answers: u64,
     n_nodes: u64,
-    n_bytes_skipped: u64,
 }
 
 impl Decoder {
     /// A decoder that has heard nothing.
     pub fn new() -> Self {
-        let pending = Pending::new();
-        Self { pending, awaited: None, n_answers: 0, n_nodes: 0, n_bytes_skipped: 0 }
+        Self { search: Search::new(), awaited: None, n_answers: 0, n_nodes: 0 }
     }
 
     /// Appends received bytes. Of more than 65 536 bytes not yet asked for, the oldest are dropped and
     /// counted as skipped.
     pub fn push(&mut self, bytes: &[u8]) {
-        let n_dropped = self.pending.push(bytes);
-        self.n_bytes_skipped = self.n_bytes_skipped.saturating_add(n_dropped as u64);
+        self.search.push(bytes);
     }
 
     /// A request was sent that ends whatever the device was sending: only a descriptor counts now.
@@ -239,11 +236,11 @@ impl Decoder {
     pub fn next_answer(&mut self) -> Option<Answer> {
         loop {
             if let Some(kind) = self.announced() {
-                self.pending.skip(DESCRIPTOR_LEN);
+                self.search.take(DESCRIPTOR_LEN);
                 self.awaited = Some(kind);
                 return Some(Answer::Announced(kind));
             }
-            let unread = self.pending.unread();
+            let unread = self.search.unread();
             match self.awaited {
                 None => {
                     let first = *unread.first()?;
@@ -254,12 +251,12 @@ impl Decoder {
                     if may_grow {
                         return None;
                     }
-                    self.skip(1);
+                    self.search.skip(1);
                 }
                 Some(AnswerKind::Nodes) => {
                     let bytes = *unread.first_chunk::<NODE_LEN>()?;
                     if let Some(node) = Node::decode(bytes) {
-                        self.pending.skip(NODE_LEN);
+                        self.search.take(NODE_LEN);
                         self.n_nodes = self.n_nodes.saturating_add(1);
                         return Some(Answer::Node(node));
                     }
@@ -268,11 +265,11 @@ impl Decoder {
                     if may_grow {
                         return None;
                     }
-                    self.skip(1);
+                    self.search.skip(1);
                 }
                 Some(kind) => {
                     let (answer, len) = single(kind, unread)?;
-                    self.pending.skip(len);
+                    self.search.take(len);
                     self.awaited = None;
                     self.n_answers = self.n_answers.saturating_add(1);
                     return Some(answer);
@@ -283,7 +280,7 @@ impl Decoder {
 
     /// Forgets the bytes of an earlier connection; the counters stay.
     pub fn clear(&mut self) {
-        self.skip(self.pending.unread().len());
+        self.search.skip_all();
         self.awaited = None;
     }
 
@@ -299,7 +296,7 @@ impl Decoder {
 
     /// Bytes thrown away as noise, or as samples that came after their scan was ended, so far.
     pub fn n_bytes_skipped(&self) -> u64 {
-        self.n_bytes_skipped
+        self.search.n_skipped()
     }
 
     /// The kind that the descriptor at the front announces. A single answer's content is never looked
@@ -308,13 +305,8 @@ impl Decoder {
         if !matches!(self.awaited, None | Some(AnswerKind::Nodes)) {
             return None;
         }
-        let bytes = self.pending.unread().first_chunk::<DESCRIPTOR_LEN>()?;
+        let bytes = self.search.unread().first_chunk::<DESCRIPTOR_LEN>()?;
         AnswerKind::ALL.into_iter().find(|kind| kind.descriptor() == *bytes)
-    }
-
-    fn skip(&mut self, n: usize) {
-        self.n_bytes_skipped = self.n_bytes_skipped.saturating_add(n as u64);
-        self.pending.skip(n);
     }
 }
 

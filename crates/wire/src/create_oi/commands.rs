@@ -1,5 +1,7 @@
 //! Commands: what a client may say, and the robot's reading of it.
 
+use crate::search::{Found, Search};
+
 /// Speeds of the line in bits per second, by the code of [`Command::Baud`].
 pub const BAUDS: [u32; 12] =
     [300, 600, 1200, 2400, 4800, 9600, 14_400, 19_200, 28_800, 38_400, 57_600, 115_200];
@@ -270,54 +272,52 @@ enum Read<'b> {
 ///
 /// A byte where an opcode should be and that is none is dropped, counted and remembered; a command that has begun
 /// waits for its data however long that takes, because nothing on the wire tells it from other bytes.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct CommandDecoder {
-    pending: Vec<u8>,
-    start: usize,
-    bytes_dropped: u64,
+    search: Search,
     dropped: Vec<u8>,
 }
 
 /// Dropped bytes that are remembered until they are asked for.
 const N_DROPPED_MAX: usize = 256;
 
-/// The longest command: a song of 255 notes.
-const COMMAND_LEN_MAX: usize = 3 + 2 * 255;
+/// Bytes kept waiting at most: far more than the longest command, a song of 255 notes.
+const PENDING_MAX: usize = 1 << 14;
+
+impl Default for CommandDecoder {
+    fn default() -> Self {
+        Self::new()
+    }
+}
 
 impl CommandDecoder {
     /// A decoder that has room for a usual burst of bytes already.
     pub fn new() -> Self {
-        Self { pending: Vec::with_capacity(2 * COMMAND_LEN_MAX), ..Self::default() }
+        Self { search: Search::keeping(PENDING_MAX), dropped: Vec::new() }
     }
 
-    /// Appends received bytes; take the commands with [`next_command`](Self::next_command) before the next ones.
+    /// Appends received bytes. Of more than 16 384 bytes not yet asked for, the oldest are dropped and counted.
     pub fn push(&mut self, bytes: &[u8]) {
-        if self.start > 0 {
-            self.pending.drain(..self.start);
-            self.start = 0;
-        }
-        self.pending.extend_from_slice(bytes);
+        self.search.push(bytes);
     }
 
     /// The next whole command, or `None` until more bytes come.
     pub fn next_command(&mut self) -> Option<Command> {
-        loop {
-            let unread = self.pending.get(self.start..).unwrap_or_default();
-            match Command::read(unread) {
-                Read::Command(command, rest) => {
-                    self.start = self.pending.len().saturating_sub(rest.len());
-                    return Some(command);
-                }
-                Read::Unfinished => return None,
-                Read::Unknown(byte) => {
-                    self.start = self.start.saturating_add(1);
-                    self.bytes_dropped = self.bytes_dropped.saturating_add(1);
-                    if self.dropped.len() < N_DROPPED_MAX {
-                        self.dropped.push(byte);
-                    }
-                }
+        let dropped = &mut self.dropped;
+        let examine = |bytes: &[u8]| match Command::read(bytes) {
+            Read::Command(command, rest) => {
+                Found::Whole(command, bytes.len().saturating_sub(rest.len()))
             }
-        }
+            Read::Unfinished => Found::Unfinished,
+            Read::Unknown(byte) => {
+                if dropped.len() < N_DROPPED_MAX {
+                    dropped.push(byte);
+                }
+                Found::Noise
+            }
+        };
+        // Any byte may be an opcode; which are not says the table of commands.
+        self.search.next(|_| true, examine)
     }
 
     /// The bytes dropped since the last call, the first 256 of them.
@@ -327,17 +327,16 @@ impl CommandDecoder {
 
     /// Bytes that were no opcode where one should be, so far.
     pub fn bytes_dropped(&self) -> u64 {
-        self.bytes_dropped
+        self.search.n_skipped()
     }
 
     /// Whether a command has begun and not ended.
     pub fn has_unfinished(&self) -> bool {
-        self.start < self.pending.len()
+        self.search.has_unfinished()
     }
 
     /// Forgets a command that has begun.
     pub fn clear(&mut self) {
-        self.pending.clear();
-        self.start = 0;
+        self.search.clear();
     }
 }

@@ -1,6 +1,7 @@
 //! Frames of a stream: written by the robot, found by its client in bytes that may be cut anywhere and carry noise.
 
 use super::{Readings, data_len};
+use crate::search::{Found, Search};
 
 /// First byte of a frame.
 pub const STREAM_HEADER: u8 = 19;
@@ -13,9 +14,6 @@ const OVERHEAD: usize = 3;
 
 /// Bytes kept waiting at most. A caller who drains after each push never gets near it.
 const PENDING_MAX: usize = 1 << 14;
-
-/// Read bytes are dropped from the buffer's front once there are this many.
-const COMPACT_AT: usize = 2048;
 
 /// Appends the frame with these packets. One that would be too long is cut, as the robot cuts it: it has no right
 /// sum. Numbers that there are not are left out.
@@ -54,129 +52,101 @@ pub struct Frame {
 /// one seemed to swallow is still found.
 ///
 /// Cost: at most 172 steps per received byte; at most 171 bytes stay behind between calls.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct StreamDecoder {
-    pending: Vec<u8>,
-    start: usize,
-    bytes_skipped: u64,
+    search: Search,
+    noise: Noise,
+}
+
+/// What looked like a frame and was none.
+#[derive(Clone, Copy, Debug, Default)]
+struct Noise {
     bad_sums: u64,
     n_unreadable: u64,
+}
+
+impl Default for StreamDecoder {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl StreamDecoder {
     /// A decoder that has room for a usual burst of bytes already.
     pub fn new() -> Self {
-        Self { pending: Vec::with_capacity(2 * COMPACT_AT), ..Self::default() }
+        Self { search: Search::keeping(PENDING_MAX), noise: Noise::default() }
     }
 
     /// Appends received bytes. Of more than 16 384 bytes not yet asked for, the oldest are dropped
     /// and counted as skipped.
     pub fn push(&mut self, bytes: &[u8]) {
-        if self.start >= COMPACT_AT {
-            self.pending.drain(..self.start);
-            self.start = 0;
-        }
-        let excess = bytes.len().saturating_sub(PENDING_MAX);
-        self.bytes_skipped = self.bytes_skipped.saturating_add(excess as u64);
-        self.pending.extend_from_slice(bytes.get(excess..).unwrap_or_default());
-        self.skip(self.unread().len().saturating_sub(PENDING_MAX));
+        self.search.push(bytes);
     }
 
     /// The next whole frame, or `None` until more bytes come.
     pub fn next_frame(&mut self) -> Option<Frame> {
-        loop {
-            let start = self.unread().iter().position(|&byte| byte == STREAM_HEADER);
-            self.skip(start.unwrap_or(self.unread().len()));
-            match examine(self.unread()) {
-                Ok(None) => {
-                    if self.unread().is_empty() {
-                        self.pending.clear();
-                        self.start = 0;
-                    }
-                    return None;
-                }
-                Ok(Some(frame)) => {
-                    self.start = self.start.saturating_add(frame.n_bytes);
-                    return Some(frame);
-                }
-                Err(noise) => {
-                    match noise {
-                        Noise::Count => {}
-                        Noise::Sum => self.bad_sums = self.bad_sums.saturating_add(1),
-                        Noise::Packets => self.n_unreadable = self.n_unreadable.saturating_add(1),
-                    }
-                    self.skip(1);
-                }
-            }
-        }
+        let noise = &mut self.noise;
+        self.search.next(|byte| byte == STREAM_HEADER, |bytes| examine(bytes, noise))
     }
 
     /// Gives up the frame that began but did not end; call it when the line has been silent for longer than a frame
     /// takes.
     pub fn give_up_unfinished(&mut self) {
-        if !self.unread().is_empty() {
-            self.skip(1);
-        }
+        self.search.give_up_unfinished();
     }
 
     /// Whether a frame has begun and not ended.
     pub fn has_unfinished(&self) -> bool {
-        !self.unread().is_empty()
+        self.search.has_unfinished()
     }
 
     /// Forgets the bytes of an earlier connection; the counters stay.
     pub fn clear(&mut self) {
-        self.pending.clear();
-        self.start = 0;
+        self.search.clear();
     }
 
     /// Bytes thrown away as noise so far, answers without a frame among them.
     pub fn bytes_skipped(&self) -> u64 {
-        self.bytes_skipped
+        self.search.n_skipped()
     }
 
     /// Frames whose sum was wrong so far, including noise that looked like a header.
     pub fn bad_sums(&self) -> u64 {
-        self.bad_sums
+        self.noise.bad_sums
     }
 
     /// Frames with a right sum so far whose packets are not known.
     pub fn n_unreadable(&self) -> u64 {
-        self.n_unreadable
+        self.noise.n_unreadable
     }
 
-    fn unread(&self) -> &[u8] {
-        self.pending.get(self.start..).unwrap_or_default()
-    }
-
-    fn skip(&mut self, n: usize) {
-        self.bytes_skipped = self.bytes_skipped.saturating_add(n as u64);
-        self.start = self.start.saturating_add(n).min(self.pending.len());
+    #[cfg(test)]
+    pub(crate) fn n_unread(&self) -> usize {
+        self.search.unread().len()
     }
 }
 
-enum Noise {
-    Count,
-    Sum,
-    Packets,
-}
-
-/// The frame that `bytes`, which is empty or begins with the header, begins with; `None` until there are more of them.
-fn examine(bytes: &[u8]) -> Result<Option<Frame>, Noise> {
-    let Some(&count) = bytes.get(1) else { return Ok(None) };
+/// What `bytes`, which begins with the header, begins with.
+fn examine(bytes: &[u8], noise: &mut Noise) -> Found<Frame> {
+    let Some(&count) = bytes.get(1) else { return Found::Unfinished };
     let n_bytes = usize::from(count).saturating_add(OVERHEAD);
     // An id and a byte of data at least.
     if count < 2 || n_bytes > FRAME_LEN_MAX {
-        return Err(Noise::Count);
+        return Found::Noise;
     }
-    let Some(frame) = bytes.get(..n_bytes) else { return Ok(None) };
+    let Some(frame) = bytes.get(..n_bytes) else { return Found::Unfinished };
     if frame.iter().fold(0_u8, |sum, byte| sum.wrapping_add(*byte)) != 0 {
-        return Err(Noise::Sum);
+        noise.bad_sums = noise.bad_sums.saturating_add(1);
+        return Found::Noise;
     }
     let mut readings = Readings::default();
     let mut rest = frame.get(2..n_bytes.saturating_sub(1)).unwrap_or_default();
     while let Some((&id, data)) = rest.split_first() {
-        rest = readings.read(id, data).ok_or(Noise::Packets)?;
+        let Some(behind) = readings.read(id, data) else {
+            noise.n_unreadable = noise.n_unreadable.saturating_add(1);
+            return Found::Noise;
+        };
+        rest = behind;
     }
-    Ok(Some(Frame { readings, n_bytes }))
+    Found::Whole(Frame { readings, n_bytes }, n_bytes)
 }

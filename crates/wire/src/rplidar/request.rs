@@ -1,7 +1,7 @@
 //! What a host asks an RPLIDAR.
 
 use super::START;
-use crate::pending::Pending;
+use crate::search::{Found, Search};
 
 /// Longest payload of a request, bytes.
 const PAYLOAD_MAX: usize = 255;
@@ -92,62 +92,54 @@ impl Request {
 /// Cost: at most 260 steps per received byte; at most 259 bytes stay behind between calls.
 #[derive(Clone, Debug)]
 pub struct RequestDecoder {
-    pending: Pending,
+    search: Search,
     n_requests: u64,
-    n_bytes_skipped: u64,
     n_bad_checksums: u64,
 }
 
 impl RequestDecoder {
     /// A decoder that has heard nothing.
     pub fn new() -> Self {
-        Self { pending: Pending::new(), n_requests: 0, n_bytes_skipped: 0, n_bad_checksums: 0 }
+        Self { search: Search::new(), n_requests: 0, n_bad_checksums: 0 }
     }
 
     /// Appends received bytes. Of more than 65 536 bytes not yet asked for, the oldest are dropped and
     /// counted as skipped.
     pub fn push(&mut self, bytes: &[u8]) {
-        let n_dropped = self.pending.push(bytes);
-        self.n_bytes_skipped = self.n_bytes_skipped.saturating_add(n_dropped as u64);
+        self.search.push(bytes);
     }
 
     /// The next whole request, or `None` until more bytes come.
     pub fn next_request(&mut self) -> Option<Request> {
-        loop {
-            let unread = self.pending.unread();
-            let start = unread.iter().position(|&byte| byte == START);
-            self.skip(start.unwrap_or(unread.len()));
-            let unread = self.pending.unread();
-            let &command = unread.get(1)?;
+        let n_bad_checksums = &mut self.n_bad_checksums;
+        let examine = |bytes: &[u8]| {
+            let Some(&command) = bytes.get(1) else { return Found::Unfinished };
             if command == START {
-                self.skip(1);
-                continue;
+                return Found::Noise;
             }
             if command & 0x80 == 0 {
-                self.pending.skip(2);
-                self.n_requests = self.n_requests.saturating_add(1);
-                return Some(Request::decode(command, &[]));
+                return Found::Whole(Request::decode(command, &[]), 2);
             }
-            let &len = unread.get(2)?;
-            let whole = unread.get(..usize::from(len).saturating_add(4))?;
-            let (sum, before) = whole.split_last()?;
+            let Some(&len) = bytes.get(2) else { return Found::Unfinished };
+            let whole = bytes.get(..usize::from(len).saturating_add(4));
+            let Some((sum, before)) = whole.and_then(<[u8]>::split_last) else {
+                return Found::Unfinished;
+            };
             if before.iter().fold(0, |sum, byte| sum ^ byte) == *sum {
                 let request = Request::decode(command, before.get(3..).unwrap_or_default());
-                let len = whole.len();
-                self.pending.skip(len);
-                self.n_requests = self.n_requests.saturating_add(1);
-                return Some(request);
+                return Found::Whole(request, before.len().saturating_add(1));
             }
-            self.n_bad_checksums = self.n_bad_checksums.saturating_add(1);
-            self.skip(1);
-        }
+            *n_bad_checksums = n_bad_checksums.saturating_add(1);
+            Found::Noise
+        };
+        let request = self.search.next(|byte| byte == START, examine)?;
+        self.n_requests = self.n_requests.saturating_add(1);
+        Some(request)
     }
 
     /// Gives up a request that began and did not end, as after a silence; says whether there was one.
     pub fn give_up_unfinished(&mut self) -> bool {
-        let is_one = !self.pending.unread().is_empty();
-        self.skip(usize::from(is_one));
-        is_one
+        self.search.give_up_unfinished()
     }
 
     /// Requests so far, whether or not they mean something.
@@ -157,7 +149,7 @@ impl RequestDecoder {
 
     /// Bytes thrown away as noise so far.
     pub fn n_bytes_skipped(&self) -> u64 {
-        self.n_bytes_skipped
+        self.search.n_skipped()
     }
 
     /// Requests so far whose sum was wrong.
@@ -165,9 +157,9 @@ impl RequestDecoder {
         self.n_bad_checksums
     }
 
-    fn skip(&mut self, n: usize) {
-        self.n_bytes_skipped = self.n_bytes_skipped.saturating_add(n as u64);
-        self.pending.skip(n);
+    #[cfg(test)]
+    pub(crate) fn n_unread(&self) -> usize {
+        self.search.unread().len()
     }
 }
 

@@ -2,7 +2,7 @@
 //! noise.
 
 use super::{ACK, FRAME_LEN, FROM_DEVICE, NAK, PAYLOAD_MAX, STX, checksum, u16_at};
-use crate::pending::Pending;
+use crate::search::{Found, Search};
 
 /// Whose bytes are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,18 +39,15 @@ pub enum Item<'a> {
 #[derive(Clone, Debug)]
 pub struct Decoder {
     side: Side,
-    pending: Pending,
+    search: Search,
     payload: Vec<u8>,
     n_telegrams: u64,
-    n_bytes_skipped: u64,
     n_bad_checksums: u64,
     n_unfinished: u64,
 }
 
-enum Found {
-    Nothing,
-    Noise,
-    BadChecksum,
+/// What was found; a telegram's payload is kept beside it.
+enum Kind {
     Bare(u8),
     Telegram { address: u8 },
 }
@@ -60,10 +57,9 @@ impl Decoder {
     pub fn new(side: Side) -> Self {
         Self {
             side,
-            pending: Pending::new(),
+            search: Search::new(),
             payload: Vec::with_capacity(PAYLOAD_MAX),
             n_telegrams: 0,
-            n_bytes_skipped: 0,
             n_bad_checksums: 0,
             n_unfinished: 0,
         }
@@ -72,29 +68,19 @@ impl Decoder {
     /// Appends received bytes. Of more than 65 536 bytes not yet asked for, the oldest are dropped and
     /// counted as skipped.
     pub fn push(&mut self, bytes: &[u8]) {
-        let n_dropped = self.pending.push(bytes);
-        self.n_bytes_skipped = self.n_bytes_skipped.saturating_add(n_dropped as u64);
+        self.search.push(bytes);
     }
 
     /// The next whole telegram or bare byte, or `None` until more bytes come.
     pub fn next_item(&mut self) -> Option<Item<'_>> {
-        loop {
-            match self.examine() {
-                Found::Nothing => return None,
-                Found::Noise => self.skip(1),
-                Found::BadChecksum => {
-                    self.n_bad_checksums = self.n_bad_checksums.saturating_add(1);
-                    self.skip(1);
-                }
-                Found::Bare(byte) => {
-                    self.pending.skip(1);
-                    return Some(if byte == ACK { Item::Ack } else { Item::Nak });
-                }
-                Found::Telegram { address } => {
-                    self.n_telegrams = self.n_telegrams.saturating_add(1);
-                    self.pending.skip(self.payload.len().saturating_add(FRAME_LEN));
-                    return Some(Item::Telegram { address, payload: &self.payload });
-                }
+        let Self { side, search, payload, n_bad_checksums, .. } = self;
+        let side = *side;
+        let begins = |byte| byte == STX || is_bare(side, byte);
+        match search.next(begins, |bytes| examine(bytes, side, payload, n_bad_checksums))? {
+            Kind::Bare(byte) => Some(if byte == ACK { Item::Ack } else { Item::Nak }),
+            Kind::Telegram { address } => {
+                self.n_telegrams = self.n_telegrams.saturating_add(1);
+                Some(Item::Telegram { address, payload: &self.payload })
             }
         }
     }
@@ -102,22 +88,19 @@ impl Decoder {
     /// Gives up the telegram that began and did not end; says whether there was one. Call it when the
     /// line has been silent: a damaged length would otherwise hide what follows.
     pub fn give_up_unfinished(&mut self) -> bool {
-        let is_one = self.has_unfinished();
-        if is_one {
-            self.n_unfinished = self.n_unfinished.saturating_add(1);
-            self.skip(1);
-        }
+        let is_one = self.search.give_up_unfinished();
+        self.n_unfinished = self.n_unfinished.saturating_add(u64::from(is_one));
         is_one
     }
 
     /// Whether a telegram has begun and not ended.
     pub fn has_unfinished(&self) -> bool {
-        !self.pending.unread().is_empty()
+        self.search.has_unfinished()
     }
 
     /// Forgets the bytes of an earlier connection; the counters stay.
     pub fn clear(&mut self) {
-        self.skip(self.pending.unread().len());
+        self.search.skip_all();
     }
 
     /// Telegrams so far.
@@ -127,7 +110,7 @@ impl Decoder {
 
     /// Bytes thrown away as noise so far.
     pub fn n_bytes_skipped(&self) -> u64 {
-        self.n_bytes_skipped
+        self.search.n_skipped()
     }
 
     /// Telegrams whose checksum was wrong so far, including noise that looked like a beginning.
@@ -140,40 +123,46 @@ impl Decoder {
         self.n_unfinished
     }
 
-    /// What the bytes begin with; a telegram's payload is copied.
-    fn examine(&mut self) -> Found {
-        let bytes = self.pending.unread();
-        let Some(&first) = bytes.first() else { return Found::Nothing };
-        if self.side == Side::FromDevice && matches!(first, ACK | NAK) {
-            return Found::Bare(first);
-        }
-        if first != STX {
-            return Found::Noise;
-        }
-        let Some(&address) = bytes.get(1) else { return Found::Nothing };
-        let from_device = address & FROM_DEVICE != 0;
-        if from_device != (self.side == Side::FromDevice) {
-            return Found::Noise;
-        }
-        let Some(len) = u16_at(bytes, 2) else { return Found::Nothing };
-        let len = usize::from(len);
-        if !(1..=PAYLOAD_MAX).contains(&len) {
-            return Found::Noise;
-        }
-        let Some(whole) = bytes.get(..len.saturating_add(FRAME_LEN)) else {
-            return Found::Nothing;
-        };
-        let Some((body, crc)) = whole.split_last_chunk::<2>() else { return Found::Nothing };
-        if checksum(body) != u16::from_le_bytes(*crc) {
-            return Found::BadChecksum;
-        }
-        self.payload.clear();
-        self.payload.extend_from_slice(body.get(4..).unwrap_or_default());
-        Found::Telegram { address }
+    #[cfg(test)]
+    pub(crate) fn n_unread(&self) -> usize {
+        self.search.unread().len()
     }
+}
 
-    fn skip(&mut self, n: usize) {
-        self.n_bytes_skipped = self.n_bytes_skipped.saturating_add(n as u64);
-        self.pending.skip(n);
+/// Whether the byte stands for itself.
+fn is_bare(side: Side, byte: u8) -> bool {
+    side == Side::FromDevice && matches!(byte, ACK | NAK)
+}
+
+/// What the bytes begin with; a telegram's payload is copied.
+fn examine(
+    bytes: &[u8],
+    side: Side,
+    payload: &mut Vec<u8>,
+    n_bad_checksums: &mut u64,
+) -> Found<Kind> {
+    let Some(&first) = bytes.first() else { return Found::Unfinished };
+    if is_bare(side, first) {
+        return Found::Whole(Kind::Bare(first), 1);
     }
+    let Some(&address) = bytes.get(1) else { return Found::Unfinished };
+    let from_device = address & FROM_DEVICE != 0;
+    if from_device != (side == Side::FromDevice) {
+        return Found::Noise;
+    }
+    let Some(len) = u16_at(bytes, 2) else { return Found::Unfinished };
+    let len = usize::from(len);
+    if !(1..=PAYLOAD_MAX).contains(&len) {
+        return Found::Noise;
+    }
+    let n_bytes = len.saturating_add(FRAME_LEN);
+    let whole = bytes.get(..n_bytes).and_then(<[u8]>::split_last_chunk::<2>);
+    let Some((body, crc)) = whole else { return Found::Unfinished };
+    if checksum(body) != u16::from_le_bytes(*crc) {
+        *n_bad_checksums = n_bad_checksums.saturating_add(1);
+        return Found::Noise;
+    }
+    payload.clear();
+    payload.extend_from_slice(body.get(4..).unwrap_or_default());
+    Found::Whole(Kind::Telegram { address }, n_bytes)
 }
