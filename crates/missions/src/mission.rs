@@ -9,8 +9,10 @@ mod error;
 pub mod file;
 mod inline;
 mod moved;
+pub(crate) mod parts;
 pub(crate) mod plan;
 mod shipped;
+pub(crate) mod success;
 mod template;
 mod words;
 
@@ -27,10 +29,8 @@ pub(crate) use error::Wrong;
 pub use error::{MissionError, SettingError};
 use file::MissionFile;
 use inline::Shelf;
-use plan::{
-    DecisionPlan, DevicePlan, EventPlan, LinkPlan, PheromonePlan, Requirement, RobotPlan, TagsPlan,
-    WorldPlan,
-};
+use parts::Parts;
+use plan::RobotPlan;
 pub use template::WordList;
 
 /// A mission that was checked: it can be run.
@@ -72,20 +72,6 @@ impl Source {
     fn locate(&self, wrong: error::Wrong) -> SettingError {
         wrong.located(&self.origin, &self.text, &self.overrides)
     }
-}
-
-/// The checked tables.
-#[derive(Clone, Debug)]
-pub(crate) struct Parts {
-    pub(crate) duration_max: Duration,
-    pub(crate) world: WorldPlan,
-    pub(crate) devices: Vec<DevicePlan>,
-    pub(crate) robots: Vec<RobotPlan>,
-    pub(crate) pheromones: Option<PheromonePlan>,
-    pub(crate) tags: Option<TagsPlan>,
-    pub(crate) decision: Option<DecisionPlan>,
-    pub(crate) events: Vec<EventPlan>,
-    pub(crate) success: Vec<Requirement>,
 }
 
 /// Name, title and description of a shipped mission.
@@ -211,6 +197,11 @@ impl Mission {
         template::template()
     }
 
+    /// Every key of `[success]` and what it asks for.
+    pub fn requirement_texts() -> Vec<(&'static str, &'static str)> {
+        success::texts()
+    }
+
     /// The words of every key that chooses among a few, each with what it is.
     pub fn word_lists() -> Vec<WordList> {
         template::word_lists()
@@ -266,9 +257,7 @@ impl Mission {
     /// Whether a robot of it is elsewhere, at the end of a socket or a serial line: then virtual time
     /// must pass as real time does.
     pub fn has_real_robot(&self) -> bool {
-        let elsewhere =
-            |r: &RobotPlan| matches!(r.link, LinkPlan::Tcp { .. } | LinkPlan::Serial { .. });
-        self.parts.robots.iter().any(elsewhere)
+        self.parts.robots.iter().any(RobotPlan::is_elsewhere)
     }
 
     /// The source of the decision program, if there is one.
@@ -352,13 +341,13 @@ impl Mission {
             inline::Fault::Named(wrong) => locate(*wrong),
             inline::Fault::Within(error) => MissionError::Setting(error),
         })?;
-        let checked = check::check(file);
-        let mission =
-            checked.map_err(|wrong| match files.iter().find(|(key, _)| *key == wrong.key) {
+        let parts = check::check(&file).map_err(|wrong| {
+            match files.iter().find(|(key, _)| *key == wrong.key) {
                 Some((_, named)) => MissionError::Setting(Box::new(wrong.in_file(named))),
                 None => locate(wrong),
-            })?;
-        Ok(Self { source, ..mission })
+            }
+        })?;
+        Ok(Self { source, ..Self::from_parts(file, parts) })
     }
 }
 
@@ -385,7 +374,12 @@ impl TryFrom<MissionFile> for Mission {
 
     /// Checks a mission that was put together in memory; programs and maps must be inline.
     fn try_from(file: MissionFile) -> Result<Self, MissionError> {
-        check::check(file)
-            .map_err(|wrong| MissionError::Setting(Box::new(wrong.located("the mission", "", &[]))))
+        match check::check(&file) {
+            Ok(parts) => Ok(Self::from_parts(file, parts)),
+            Err(wrong) => {
+                let located = wrong.located("the mission", "", &[]);
+                Err(MissionError::Setting(Box::new(located)))
+            }
+        }
     }
 }

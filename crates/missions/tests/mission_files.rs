@@ -439,31 +439,36 @@ fn a_baud_rate_alone_keeps_the_latency() {
     assert!((latency_ms(&slower) - 5.0).abs() < 1e-12);
 }
 
-#[test]
-fn the_guide_shows_the_template() {
-    // The guide ends with the template in a block; UPDATE_EXPECT=1 brings it up to date.
-    let guide = include_str!("../../../docs/guide/missions.md");
-    let (before, _) = guide.rsplit_once("```toml\n").unwrap();
-    let wanted = format!("{before}```toml\n{}```\n", Mission::template());
-    expect_file!["../../../docs/guide/missions.md"].assert_eq(&wanted);
+/// The text with what stands between two marks replaced.
+#[expect(clippy::unwrap_used, reason = "a failing helper fails its test")]
+fn with(text: &str, mark: &str, table: &str) -> String {
+    let (begin, end) = (format!("<!-- {mark} -->\n"), format!("<!-- end of {mark} -->\n"));
+    let (before, rest) = text.split_once(&begin).unwrap();
+    let (_, after) = rest.split_once(&end).unwrap();
+    format!("{before}{begin}{table}{end}{after}")
 }
 
 #[test]
-fn the_guide_lists_the_words_of_every_key() {
-    // UPDATE_EXPECT=1 brings it up to date. The laws have a chapter of their own.
+fn the_guide_shows_the_template_the_words_and_the_requirements() {
+    // UPDATE_EXPECT=1 brings it up to date: one test, as all of it is one file. It ends with the template in a block.
     let guide = include_str!("../../../docs/guide/missions.md");
-    let (begin, end) = ("<!-- words -->\n", "<!-- end of words -->\n");
-    let (before, rest) = guide.split_once(begin).unwrap();
-    let (_, after) = rest.split_once(end).unwrap();
-    let mut table = "| key | word | what it is |\n| --- | --- | --- |\n".to_owned();
+    let (before, _) = guide.rsplit_once("```toml\n").unwrap();
+    let guide = format!("{before}```toml\n{}```\n", Mission::template());
+    let mut words_table = "| key | word | what it is |\n| --- | --- | --- |\n".to_owned();
     for WordList { key, words } in Mission::word_lists() {
+        // The laws have a chapter of their own.
         let is_law = key.ends_with(".trail_law") || key.ends_with(".path_law");
         for (word, about) in words.iter().filter(|(_, about)| !is_law && !about.is_empty()) {
-            table.extend(["| `", key, "` | `", word, "` | ", about, " |\n"]);
+            words_table.extend(["| `", key, "` | `", word, "` | ", about, " |\n"]);
         }
     }
-    let wanted = format!("{before}{begin}{table}{end}{after}");
-    expect_file!["../../../docs/guide/missions.md"].assert_eq(&wanted);
+    let mut requirements = "| `[success]` | what it asks for |\n| --- | --- |\n".to_owned();
+    for (key, text) in Mission::requirement_texts() {
+        requirements.extend(["| `", key, "` | ", text, " |\n"]);
+    }
+    let guide = with(&guide, "words", &words_table);
+    let guide = with(&guide, "requirements", &requirements);
+    expect_file!["../../../docs/guide/missions.md"].assert_eq(&guide);
 }
 
 /// What the template writes as comments is what the checks take: each word at its key is accepted there, and another one

@@ -301,7 +301,7 @@ fn a_pioneer_is_driven_by_hand_over_its_real_bytes() {
     let text = "[mission]\nname = \"wired\"\nduration_max_s = 60.0\n\
         [[robots]]\nmind.how.method = \"straight\"\n\
         [robots.teleoperator]\npath_m = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0]]\nspeed_mps = 0.2\n\
-        [success]\ncross_track_rms_max_m = 0.05\n\
+        [[success.on_path]]\nrobot = \"robot\"\nrms_max_m = 0.05\n\
         [[success.arrived]]\nrobot = \"robot\"\npose = [2.0, 1.0, 90.0]\nwithin_m = 0.05\n";
     let mission = Mission::parse("wired.toml", text, &[]).unwrap();
     let sensed = sense(mission, RunSeed(1)).unwrap();

@@ -1,6 +1,6 @@
 //! From what is written to what may be relied on: every range, name and reference.
 
-mod common;
+pub(super) mod common;
 mod environment;
 mod hints;
 mod keys;
@@ -20,11 +20,14 @@ use navigator::Method;
 use settings::Choice as _;
 
 use super::{error::Wrong, file::MissionFile};
-use crate::mission::{Mission, Parts};
+use super::{
+    parts::Parts,
+    success::{self, Cast},
+};
 use common::{Checked, range, seconds};
 
 /// Checks a whole mission whose files have been read in.
-pub(super) fn check(file: MissionFile) -> Checked<Mission> {
+pub(super) fn check(file: &MissionFile) -> Checked<Parts> {
     let name_ok = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
     let head = &file.mission;
     if head.name.is_empty() || !head.name.chars().all(name_ok) {
@@ -32,12 +35,12 @@ pub(super) fn check(file: MissionFile) -> Checked<Mission> {
     }
     range("mission.duration_max_s", head.duration_max_s, 0.1..=86_400.0, "from 0.1 to 86400 s")?;
     let duration_max = seconds(head.duration_max_s);
-    let devices = environment::devices(&file)?;
-    let robots = robots::robots(&file)?;
+    let devices = environment::devices(file)?;
+    let robots = robots::robots(file)?;
     let pheromones = file.pheromones.as_ref().map(environment::pheromones).transpose()?;
-    let tags = file.tags.as_ref().map(|t| tags::tags(&file, t)).transpose()?;
-    let world = environment::world(&file, pheromones.as_ref())?;
-    environment::starts_are_free(&file, &world, &robots)?;
+    let tags = file.tags.as_ref().map(|t| tags::tags(file, t)).transpose()?;
+    let world = environment::world(file, pheromones.as_ref())?;
+    environment::starts_are_free(file, &world, &robots)?;
     let decision = file.decision.as_ref();
     let decision = decision.map(|d| tasks::decision(d, &devices, &robots)).transpose()?;
     for (i, robot) in file.robots.iter().enumerate() {
@@ -55,9 +58,14 @@ pub(super) fn check(file: MissionFile) -> Checked<Mission> {
             Method::Trail | Method::Direct | Method::Path | Method::Tags => {}
         }
     }
-    let events = tasks::events(&file, &devices, &robots)?;
-    let success = tasks::success(&file, &devices, &robots)?;
-    let parts =
-        Parts { duration_max, world, devices, robots, pheromones, tags, decision, events, success };
-    Ok(Mission::from_parts(file, parts))
+    let events = tasks::events(file, &devices, &robots)?;
+    let cast = Cast {
+        duration_max_s: head.duration_max_s,
+        robots: &robots,
+        devices: &devices,
+        events: &events,
+        decision: decision.as_ref(),
+    };
+    let success = success::requirements(&file.success, &cast)?;
+    Ok(Parts { duration_max, world, devices, robots, pheromones, tags, decision, events, success })
 }

@@ -12,12 +12,14 @@ mod lines;
 mod mind;
 mod pheromones;
 mod robots;
-mod success;
 mod tags;
 mod world;
 
 use serde::{Deserialize, Serialize};
 
+pub use super::success::{
+    ArrivedFile, GaveUpFile, OnPathFile, StayedFile, SuccessFile, SwitchedOnFile,
+};
 pub use decision::DecisionFile;
 pub use devices::DeviceFile;
 pub use events::EventFile;
@@ -29,7 +31,6 @@ pub use mind::{
 };
 pub use pheromones::PheromonesFile;
 pub use robots::{OdometryFile, RobotFile, SonarFile, TeleoperatorFile};
-pub use success::{ArrivedFile, GaveUpFile, StayedFile, SuccessFile, SwitchedOnFile};
 pub use tags::{TagReadersFile, TagsFile};
 pub use world::{PersonFile, RandomBoxesFile, RoomFile, ThingFile, WallFile, WorldFile};
 

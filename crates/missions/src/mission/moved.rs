@@ -52,6 +52,7 @@ const KEYS: &[Key] = &[
     key("robots.navigator.wait_s", "robots.mind.guard.wait_s"),
     key("robots.navigator.attempts_max", "robots.mind.guard.attempts_max"),
     key("robots.navigator", "robots.mind"),
+    key("success.cross_track_rms_max_m", "success.on_path.rms_max_m"),
 ];
 
 const WORDS: &[Word] = &[

@@ -2,9 +2,8 @@
 
 use std::{fmt, sync::Arc, time::Duration};
 
-use decision::{DateTime, Failsafe, MovePoints, Program};
+use decision::{DateTime, Failsafe, Mnemonic, MovePoints, Program};
 use geometry::{Se2, Segment, Vec2};
-use messages::FailureReason;
 use navigator::NavigatorConfig;
 use path_following::Path;
 use pheromones::{Field, SenseConfig};
@@ -174,6 +173,13 @@ pub(crate) struct RobotPlan {
     pub(crate) teleoperator: Option<TeleoperatorPlan>,
 }
 
+impl RobotPlan {
+    /// Whether it is at the end of a socket or a serial line, and has no body here.
+    pub(crate) fn is_elsewhere(&self) -> bool {
+        matches!(self.link, LinkPlan::Tcp { .. } | LinkPlan::Serial { .. })
+    }
+}
+
 /// A laser on a robot.
 #[derive(Clone, Debug)]
 pub(crate) struct LaserPlan {
@@ -245,6 +251,13 @@ pub(crate) struct DecisionPlan {
     /// How long the ground waits for an answer of the robot, beside the way there and back.
     pub(crate) answer_within: Duration,
     pub(crate) link: LinkPlan,
+}
+
+impl DecisionPlan {
+    /// Whether its program has such a function.
+    pub(crate) fn has_function(&self, mnemonic: Mnemonic) -> bool {
+        self.program.functions().iter().any(|function| function.mnemonic == mnemonic)
+    }
 }
 
 /// What an operator does to the decision program.
@@ -330,38 +343,4 @@ pub(crate) struct EventPlan {
     pub(crate) at: Stamp,
     pub(crate) after_arrival: bool,
     pub(crate) action: Action,
-}
-
-/// One requirement of success.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Requirement {
-    NoContact,
-    MovesSent(u64),
-    EventsLogged(u64),
-    WatchdogResets(u64),
-    ClearanceMin(f64),
-    CrossTrackRmsMax(f64),
-    Arrived {
-        robots: Vec<usize>,
-        group: String,
-        pose: GoalPose,
-        within_m: f64,
-        within_rad: f64,
-        by: Stamp,
-        min_ratio: f64,
-    },
-    SwitchedOn {
-        device: usize,
-        by: Stamp,
-    },
-    Stayed {
-        robots: Vec<usize>,
-        within_m: f64,
-    },
-    GaveUp {
-        robots: Vec<usize>,
-        reason: Option<FailureReason>,
-        way_max_m: Option<f64>,
-        by: Stamp,
-    },
 }

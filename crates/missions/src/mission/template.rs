@@ -19,7 +19,7 @@ use super::{
 };
 use crate::cut::{Direction, Line};
 
-/// Every key with its default and what it means.
+/// Every key with its default and what it means; `[success]` comes from its own table.
 const TEMPLATE: &str = include_str!("template.toml");
 
 /// The words that one key of a mission file may have.
@@ -96,6 +96,11 @@ fn directions() -> Vec<(String, String)> {
     all
 }
 
+/// The template with the keys of lists in braces.
+fn unfilled() -> String {
+    format!("{TEMPLATE}\n{}", super::success::template())
+}
+
 /// The words of every key that chooses among a few.
 pub(super) fn word_lists() -> Vec<WordList> {
     LISTS.iter().map(|&(key, words)| WordList { key, words: words() }).collect()
@@ -104,7 +109,7 @@ pub(super) fn word_lists() -> Vec<WordList> {
 /// The template with the words filled in.
 pub(super) fn template() -> &'static str {
     static FILLED: LazyLock<String> = LazyLock::new(|| {
-        LISTS.iter().fold(TEMPLATE.to_owned(), |text, (key, words)| {
+        LISTS.iter().fold(unfilled(), |text, (key, words)| {
             let words = words();
             let prose = settings::listed(words.iter().map(|(word, _)| word.as_str()));
             text.replace(&format!("{{{key}}}"), &prose)
@@ -121,7 +126,7 @@ mod tests {
     #[test]
     fn the_template_has_a_place_for_every_list() {
         let in_comments = |line: &str| line.split_once('#').map(|(_, comment)| comment.to_owned());
-        let comments: String = TEMPLATE.lines().filter_map(in_comments).collect();
+        let comments: String = unfilled().lines().filter_map(in_comments).collect();
         let named: Vec<&str> = comments
             .split('{')
             .skip(1)

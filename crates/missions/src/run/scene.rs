@@ -11,8 +11,8 @@ use super::{
 };
 use crate::{
     mission::{
-        Parts,
-        plan::{Action, DevicePlan, DeviceWiring, GoalPose, LinkPlan, Requirement, RobotPlan},
+        parts::Parts,
+        plan::{Action, DevicePlan, DeviceWiring, GoalPose, LinkPlan, RobotPlan},
     },
     view::{
         Scene, SceneDevice, SceneFunction, SceneLink, SceneOperand, ScenePheromones, SceneProgram,
@@ -91,10 +91,7 @@ fn device(plan: &DevicePlan) -> SceneDevice {
 
 /// How near a robot has to come to its goal, when the mission says so.
 fn goal_tolerance_m(parts: &Parts, robot: usize) -> Option<f64> {
-    parts.success.iter().find_map(|requirement| match requirement {
-        Requirement::Arrived { robots, within_m, .. } if robots.contains(&robot) => Some(*within_m),
-        _ => None,
-    })
+    parts.success.iter().find_map(|requirement| requirement.arrival_within_m(robot))
 }
 
 fn robot(plan: &RobotPlan, goal_tolerance_m: Option<f64>) -> SceneRobot {

@@ -4,14 +4,19 @@ use std::time::Duration;
 
 use geometry::{Se2, Vec2};
 
-use super::super::{error::Wrong, file::LineFile, plan::LinkPlan, words::LineKind};
+use super::super::{
+    error::Wrong,
+    file::LineFile,
+    plan::{GoalPose, LinkPlan, RobotPlan},
+    words::LineKind,
+};
 
-pub(super) use settings::{chosen, chosen_of, picked, range};
+pub(crate) use settings::{chosen, chosen_of, picked, range};
 
-pub(super) type Checked<T> = Result<T, Wrong>;
+pub(crate) type Checked<T> = Result<T, Wrong>;
 
 /// A point whose coordinates are within 10 km of the origin.
-pub(super) fn point(key: impl Into<String>, [x, y]: [f64; 2]) -> Checked<Vec2> {
+pub(crate) fn point(key: impl Into<String>, [x, y]: [f64; 2]) -> Checked<Vec2> {
     let ok = |v: f64| v.abs() <= 10_000.0;
     if ok(x) && ok(y) {
         Ok(Vec2::new(x, y))
@@ -21,7 +26,7 @@ pub(super) fn point(key: impl Into<String>, [x, y]: [f64; 2]) -> Checked<Vec2> {
 }
 
 /// A pose written as x, y (m), yaw (degrees).
-pub(super) fn pose(key: &str, [x, y, yaw_deg]: [f64; 3]) -> Checked<Se2> {
+pub(crate) fn pose(key: &str, [x, y, yaw_deg]: [f64; 3]) -> Checked<Se2> {
     let position = point(key, [x, y])?;
     let yaw =
         range(key, yaw_deg, -360.0..=360.0, "x and y (m) and a yaw from -360 to 360 degrees")?;
@@ -29,12 +34,12 @@ pub(super) fn pose(key: &str, [x, y, yaw_deg]: [f64; 3]) -> Checked<Se2> {
 }
 
 /// A duration in seconds that was checked to be finite and not negative.
-pub(super) fn seconds(value_s: f64) -> Duration {
+pub(crate) fn seconds(value_s: f64) -> Duration {
     Duration::try_from_secs_f64(value_s).unwrap_or_default()
 }
 
 /// Names must not be empty and must differ.
-pub(super) fn unique<'a>(table: &str, names: impl Iterator<Item = &'a str>) -> Checked<()> {
+pub(crate) fn unique<'a>(table: &str, names: impl Iterator<Item = &'a str>) -> Checked<()> {
     let mut seen: Vec<&str> = Vec::new();
     for (i, name) in names.enumerate() {
         if name.is_empty() {
@@ -50,7 +55,7 @@ pub(super) fn unique<'a>(table: &str, names: impl Iterator<Item = &'a str>) -> C
 }
 
 /// The index of the thing that is named; the error lists what exists.
-pub(super) fn named(key: &str, name: &str, names: &[&str]) -> Checked<usize> {
+pub(crate) fn named(key: &str, name: &str, names: &[&str]) -> Checked<usize> {
     names.iter().position(|&n| n == name).ok_or_else(|| {
         let list = if names.is_empty() { "there are none".to_owned() } else { names.join(", ") };
         let meant = settings::did_you_mean(name, names.iter().copied());
@@ -59,8 +64,36 @@ pub(super) fn named(key: &str, name: &str, names: &[&str]) -> Checked<usize> {
     })
 }
 
+/// The robots of a group or the one robot of that name.
+pub(crate) fn robots_named(key: &str, name: &str, robots: &[RobotPlan]) -> Checked<Vec<usize>> {
+    let found: Vec<usize> =
+        (0..robots.len()).filter(|&i| robots[i].group == name || robots[i].name == name).collect();
+    if !found.is_empty() {
+        return Ok(found);
+    }
+    let mut groups: Vec<&str> = robots.iter().map(|r| r.group.as_str()).collect();
+    groups.dedup();
+    named(&format!("{key}.robot"), name, &groups).map(|i| vec![i])
+}
+
+pub(crate) fn goal(
+    key: &str,
+    in_map: Option<[f64; 3]>,
+    from_start: Option<[f64; 3]>,
+) -> Checked<GoalPose> {
+    match (in_map, from_start) {
+        (Some(p), None) => pose(&format!("{key}.pose"), p).map(GoalPose::InMap),
+        (None, Some(p)) => pose(&format!("{key}.pose_from_start"), p).map(GoalPose::FromStart),
+        (found, _) => {
+            let found = if found.is_some() { "given with pose_from_start" } else { "absent" };
+            let allowed = "x, y (m), yaw (degrees), either here or in pose_from_start";
+            Err(Wrong::prose(format!("{key}.pose"), found, allowed))
+        }
+    }
+}
+
 /// A line of one of these kinds.
-pub(super) fn line(key: &str, file: &LineFile, kinds: &[LineKind]) -> Checked<LinkPlan> {
+pub(crate) fn line(key: &str, file: &LineFile, kinds: &[LineKind]) -> Checked<LinkPlan> {
     let at = |name: &str| format!("{key}.{name}");
     range(at("latency_ms"), file.latency_ms, 0.0..=10_000.0, "from 0 to 10000 ms")?;
     range(at("jitter_ms"), file.jitter_ms, 0.0..=10_000.0, "from 0 to 10000 ms")?;

@@ -9,7 +9,7 @@ use super::super::{
         DeviceFile, MissionFile, PersonFile, PheromonesFile, RandomBoxesFile, ThingFile, WallFile,
     },
     plan::{
-        BoxRegion, DevicePlan, DeviceWiring, FailsafeOutput, LinkPlan, PersonPlan, PheromonePlan,
+        BoxRegion, DevicePlan, DeviceWiring, FailsafeOutput, PersonPlan, PheromonePlan,
         RandomBoxes, RobotPlan, ThingPlan, WorldPlan,
     },
     words::{DeviceKind, LineKind},
@@ -345,7 +345,7 @@ pub(super) fn starts_are_free(
             return blocked(robot, format!("a place where `{name}` does not touch `{thing}`"));
         }
         let touched =
-            |p: &&PersonPlan| footprint.distance(p.route[0]) <= p.radius_m && is_here(robot);
+            |p: &&PersonPlan| footprint.distance(p.route[0]) <= p.radius_m && !robot.is_elsewhere();
         if let Some(person) = world.people.iter().find(touched) {
             let person = &person.name;
             let allowed = format!("a place where `{name}` does not touch the person `{person}`");
@@ -361,17 +361,12 @@ pub(super) fn starts_are_free(
     }
 }
 
-/// Whether a robot is simulated here.
-fn is_here(robot: &RobotPlan) -> bool {
-    matches!(robot.link, LinkPlan::Memory(_) | LinkPlan::Direct)
-}
-
 /// Two robots whose footprints share a point; the one that comes first in the mission is the first. Cost: about linear
 /// in the robots, unless many of them have one x.
 fn first_two_that_touch(robots: &[RobotPlan]) -> Option<(&RobotPlan, &RobotPlan)> {
     let reach_m = |robot: &RobotPlan| robot.model.bounding_radius_m();
     let most_m = robots.iter().map(reach_m).fold(0.0, f64::max);
-    let mut by_x: Vec<usize> = (0..robots.len()).filter(|&i| is_here(&robots[i])).collect();
+    let mut by_x: Vec<usize> = (0..robots.len()).filter(|&i| !robots[i].is_elsewhere()).collect();
     by_x.sort_by(|&a, &b| robots[a].start.x_m.total_cmp(&robots[b].start.x_m));
     let mut touching: Option<(usize, usize)> = None;
     for (n, &i) in by_x.iter().enumerate() {

@@ -1,10 +1,6 @@
-//! Which keys belong to which kind of event, and what needs a decision program.
+//! Which keys belong to which kind of event.
 
-use super::super::{
-    error::Wrong,
-    file::{EventFile, MissionFile},
-    words::EventKind,
-};
+use super::super::{error::Wrong, file::EventFile, words::EventKind};
 use super::common::chosen;
 use settings::Choice as _;
 
@@ -72,24 +68,4 @@ fn given(file: &EventFile) -> impl Iterator<Item = (&'static str, String)> {
     ]
     .into_iter()
     .filter_map(|(name, found)| Some((name, found?)))
-}
-
-/// What counts the doings of a decision program needs one.
-pub(super) fn counts_need_a_program(file: &MissionFile) -> Result<(), Wrong> {
-    if file.decision.is_some() {
-        return Ok(());
-    }
-    let success = &file.success;
-    let counts = [
-        ("moves_sent", success.moves_sent),
-        ("events_logged", success.events_logged),
-        ("watchdog_resets", success.watchdog_resets),
-    ];
-    for (name, count) in counts {
-        if let Some(count) = count {
-            let allowed = "absent, because the mission has no [decision], whose program it counts";
-            return Err(Wrong::new(format!("success.{name}"), count, allowed));
-        }
-    }
-    Ok(())
 }

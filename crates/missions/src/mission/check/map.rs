@@ -58,7 +58,7 @@ pub(super) fn add(plan: &mut WorldPlan, file: &WorldFile, material: u32) -> Chec
 }
 
 /// What is wrong with a map, as a setting with its line.
-pub(in crate::mission) fn wrong_map(key: &str, error: &FloorPlanError) -> Wrong {
+pub(crate) fn wrong_map(key: &str, error: &FloorPlanError) -> Wrong {
     let wrong = match error {
         FloorPlanError::Cells(grid_maps::MapError::Text { found, expected, .. }) => {
             Wrong::prose(key, found, expected)

@@ -1,7 +1,6 @@
-//! Checks of `[decision]`, `[[events]]` and `[success]`.
+//! Checks of `[decision]` and `[[events]]`.
 
 use decision::{DateTime, Diagnostic, Failsafe, Mode, MovePoints, Program, Severity};
-use messages::FailureReason;
 use run_context::Stamp;
 
 use super::super::{
@@ -9,7 +8,7 @@ use super::super::{
     file::{DecisionFile, EventFile, MissionFile},
     plan::{
         Action, DecisionPlan, DevicePlan, DeviceWiring, EventPlan, FailsafeOutput, GoalPose,
-        LinkPlan, ProgramAction, Requirement, RobotPlan,
+        LinkPlan, ProgramAction, RobotPlan,
     },
     words::{EventKind, LineKind},
 };
@@ -18,7 +17,9 @@ use crate::{
     cut::{Direction, Line},
 };
 
-use super::common::{Checked, chosen, line, named, picked, point, pose, range, seconds};
+use super::common::{
+    Checked, chosen, goal, line, named, picked, point, range, robots_named, seconds,
+};
 use super::keys;
 
 /// Greatest coordinate of a goal that a link with bytes carries, metres: 32 767 mm, rounded down.
@@ -251,30 +252,6 @@ fn ask(key: &str, file: &EventFile, robots: &[RobotPlan], asked: Asked) -> Check
     Ok(Action::Ask { robots: robots_named(key, &file.robot, robots)?, asked })
 }
 
-/// The robots of a group or the one robot of that name.
-fn robots_named(key: &str, name: &str, robots: &[RobotPlan]) -> Checked<Vec<usize>> {
-    let found: Vec<usize> =
-        (0..robots.len()).filter(|&i| robots[i].group == name || robots[i].name == name).collect();
-    if !found.is_empty() {
-        return Ok(found);
-    }
-    let mut groups: Vec<&str> = robots.iter().map(|r| r.group.as_str()).collect();
-    groups.dedup();
-    named(&format!("{key}.robot"), name, &groups).map(|i| vec![i])
-}
-
-fn goal(key: &str, in_map: Option<[f64; 3]>, from_start: Option<[f64; 3]>) -> Checked<GoalPose> {
-    match (in_map, from_start) {
-        (Some(p), None) => pose(&format!("{key}.pose"), p).map(GoalPose::InMap),
-        (None, Some(p)) => pose(&format!("{key}.pose_from_start"), p).map(GoalPose::FromStart),
-        (found, _) => {
-            let found = if found.is_some() { "given with pose_from_start" } else { "absent" };
-            let allowed = "x, y (m), yaw (degrees), either here or in pose_from_start";
-            Err(Wrong::prose(format!("{key}.pose"), found, allowed))
-        }
-    }
-}
-
 /// Links with bytes carry a coordinate as millimetres in 16 bits.
 fn goal_fits_the_link<'a>(
     key: &str,
@@ -291,85 +268,4 @@ fn goal_fits_the_link<'a>(
     let name = if matches!(pose, GoalPose::InMap(_)) { "pose" } else { "pose_from_start" };
     let allowed = "within 32 m of the origin, because the link carries millimetres in 16 bits";
     Err(Wrong::prose(format!("{key}.{name}"), "a goal farther away", allowed))
-}
-
-/// Why a robot gives up; nothing stands for any reason.
-fn reason(key: &str, name: &str) -> Checked<Option<FailureReason>> {
-    if name.is_empty() {
-        return Ok(None);
-    }
-    chosen(key, name).map(Some)
-}
-
-/// `[success]`.
-pub(super) fn success(
-    file: &MissionFile,
-    devices: &[DevicePlan],
-    robots: &[RobotPlan],
-) -> Checked<Vec<Requirement>> {
-    keys::counts_need_a_program(file)?;
-    let success = &file.success;
-    let deadline = |by_s: f64| if by_s > 0.0 { by_s } else { file.mission.duration_max_s };
-    let mut all = Vec::new();
-    for (i, a) in success.arrived.iter().enumerate() {
-        let key = format!("success.arrived[{i}]");
-        let at = |name: &str| format!("{key}.{name}");
-        let by_s = range(at("by_s"), a.by_s, 0.0..=86_400.0, "from 0 to 86400 s")?;
-        let deg = range(at("within_deg"), a.within_deg, 0.1..=180.0, "from 0.1 to 180 degrees")?;
-        all.push(Requirement::Arrived {
-            robots: robots_named(&key, &a.robot, robots)?,
-            group: a.robot.clone(),
-            pose: goal(&key, a.pose, a.pose_from_start)?,
-            within_m: range(at("within_m"), a.within_m, 0.001..=100.0, "from 0.001 to 100 m")?,
-            within_rad: deg.to_radians(),
-            by: Stamp::ZERO + seconds(deadline(by_s)),
-            min_ratio: range(at("min_ratio"), a.min_ratio, 0.0..=1.0, "from 0 to 1")?,
-        });
-    }
-    for (i, s) in success.switched_on.iter().enumerate() {
-        let key = format!("success.switched_on[{i}]");
-        let names: Vec<&str> = devices.iter().map(|d| d.name.as_str()).collect();
-        let by_s = range(format!("{key}.by_s"), s.by_s, 0.0..=86_400.0, "from 0 to 86400 s")?;
-        all.push(Requirement::SwitchedOn {
-            device: named(&format!("{key}.device"), &s.device, &names)?,
-            by: Stamp::ZERO + seconds(deadline(by_s)),
-        });
-    }
-    for (i, s) in success.stayed.iter().enumerate() {
-        let key = format!("success.stayed[{i}]");
-        all.push(Requirement::Stayed {
-            robots: robots_named(&key, &s.robot, robots)?,
-            within_m: range(
-                format!("{key}.within_m"),
-                s.within_m,
-                0.001..=100.0,
-                "from 0.001 to 100 m",
-            )?,
-        });
-    }
-    for (i, g) in success.gave_up.iter().enumerate() {
-        let key = format!("success.gave_up[{i}]");
-        let at = |name: &str| format!("{key}.{name}");
-        let by_s = range(at("by_s"), g.by_s, 0.0..=86_400.0, "from 0 to 86400 s")?;
-        let way_max_m = range(at("way_max_m"), g.way_max_m, 0.0..=1000.0, "from 0 to 1000 m")?;
-        all.push(Requirement::GaveUp {
-            robots: robots_named(&key, &g.robot, robots)?,
-            reason: reason(&at("reason"), &g.reason)?,
-            way_max_m: (way_max_m > 0.0).then_some(way_max_m),
-            by: Stamp::ZERO + seconds(deadline(by_s)),
-        });
-    }
-    all.extend(success.moves_sent.map(Requirement::MovesSent));
-    all.extend(success.events_logged.map(Requirement::EventsLogged));
-    all.extend(success.watchdog_resets.map(Requirement::WatchdogResets));
-    if let Some(m) = success.clearance_min_m {
-        let m = range("success.clearance_min_m", m, 0.0..=5.0, "from 0 to 5 m")?;
-        all.push(Requirement::ClearanceMin(m));
-    }
-    if let Some(m) = success.cross_track_rms_max_m {
-        let m = range("success.cross_track_rms_max_m", m, 0.001..=10.0, "from 0.001 to 10 m")?;
-        all.push(Requirement::CrossTrackRmsMax(m));
-    }
-    all.extend(success.no_contact.then_some(Requirement::NoContact));
-    Ok(all)
 }
