@@ -1,12 +1,23 @@
 //! *What is around*: remembered echoes, the latest ranges, and what touches the robot.
 //!
+//! A scan of a planar laser is remembered like echoes, and what its beams passed through is forgotten at once; for a robot
+//! without a ring it also stands for one, in sectors. A laser that is silent makes such a robot blind, not free.
+//!
 //! Only [`Surroundings::take_ring`] and its like change it; to all other parts it answers questions: what stands on a
 //! way, whether a turn is free, how far the robot may back off.
+
+mod lasers;
+
+use std::time::Duration;
 
 use geometry::{Se2, Vec2};
 use messages::{Contacts, N_RING_MAX, Ring};
 use obstacle_avoidance::{Bubble, EchoMemory, Footprint, RangeSensor};
 use run_context::Stamp;
+
+use lasers::Lasers;
+
+pub(crate) use lasers::{Sweep, sectors};
 
 use crate::{
     says::Sentence,
@@ -31,6 +42,9 @@ pub(crate) const RETREAT_M: f64 = 0.25;
 pub(crate) struct Surroundings {
     echoes: EchoMemory,
     ring: Option<Ring>,
+    /// It has a ring of its own.
+    hears: bool,
+    lasers: Lasers,
     contacts: Option<Contacts>,
     sensors: Vec<RangeSensor>,
     floors_m: Vec<f64>,
@@ -44,10 +58,19 @@ pub(crate) struct Surroundings {
 }
 
 impl Surroundings {
-    pub(crate) fn new(s: &NavigatorSettings, bubble: Bubble, footprint: Footprint) -> Self {
+    /// `hears` if the robot has a ring of its own; else what its lasers see in sectors stands for one.
+    pub(crate) fn new(
+        s: &NavigatorSettings,
+        bubble: Bubble,
+        footprint: Footprint,
+        hears: bool,
+    ) -> Self {
+        let silent_after = Duration::from_secs_f64(s.laser_limit_s);
         Self {
             echoes: EchoMemory::new(s.echoes),
             ring: None,
+            hears,
+            lasers: Lasers::new(&s.lasers, silent_after, &footprint, s.range_max_m),
             contacts: None,
             sensors: s.sensors.clone(),
             floors_m: s.bubble_floors_m.clone(),
@@ -63,6 +86,7 @@ impl Surroundings {
     /// The same with room for all echoes, which a clone has not.
     pub(crate) fn with_room(mut self, s: &NavigatorSettings) -> Self {
         self.echoes = EchoMemory::new(s.echoes);
+        self.lasers = self.lasers.with_room();
         self
     }
 
@@ -79,6 +103,18 @@ impl Surroundings {
         let fresh = u32::from(ring.fresh);
         self.echoes.observe(about, pose, &self.sensors, ring.ranges_m(), fresh);
         self.ring = Some(*ring);
+    }
+
+    /// Takes a scan that has just come; whether one of the robot's lasers made it.
+    pub(crate) fn take_scan(&mut self, now: Stamp, sweep: &Sweep<'_>) -> bool {
+        let Some((laser, rays)) = self.lasers.take(now, sweep) else { return false };
+        self.echoes.observe_rays(now, laser, rays);
+        true
+    }
+
+    /// Whether the robot must not drive because what it looks with is silent: that is unseen, not free.
+    pub(crate) fn is_blind(&self, now: Stamp) -> bool {
+        self.is_heeded && !self.hears && self.lasers.is_one_silent(now)
     }
 
     pub(crate) fn take_contacts(&mut self, contacts: Contacts) {
@@ -113,19 +149,25 @@ impl Surroundings {
         &self.sensors
     }
 
+    /// The latest ranges of its ring, or of the sectors of its lasers.
     pub(crate) fn ring(&self) -> Option<&Ring> {
-        self.ring.as_ref()
+        self.ring.as_ref().or(self.lasers.heard())
+    }
+
+    /// Sensors of its own ring.
+    pub(crate) fn n_sonars(&self) -> usize {
+        self.ring.as_ref().map_or(0, |ring| ring.n_sensors)
     }
 
     /// The latest ranges, metres; empty without a ring.
     pub(crate) fn ranges_m(&self) -> &[f64] {
-        self.ring.as_ref().map_or(&[], Ring::ranges_m)
+        self.ring().map_or(&[], Ring::ranges_m)
     }
 
     /// Ranges of the first eight sensors for a report, metres; the greatest where there is none.
     pub(crate) fn reported_ranges_m(&self) -> [f64; 8] {
         let mut ranges_m = [self.range_max_m; 8];
-        let known = self.ranges_m();
+        let known = self.ring.as_ref().map_or(&[][..], Ring::ranges_m);
         let known = &known[..known.len().min(8)];
         ranges_m[..known.len()].copy_from_slice(known);
         ranges_m

@@ -3,12 +3,18 @@
 use std::time::Duration;
 
 use messages::N_RING_MAX;
-use obstacle_avoidance::{Bubble, BubbleError, Footprint, MachineConfigError};
+use obstacle_avoidance::{Bubble, BubbleError, Footprint, MachineConfigError, RangeSensor};
 use path_following::SettingError;
 
 use crate::{
-    around::Surroundings, follow::Follow, guard::Guard, health::Health, how::Route,
-    settings::NavigatorSettings, where_am_i::Locator, where_to::Task,
+    around::{Surroundings, sectors},
+    follow::Follow,
+    guard::Guard,
+    health::Health,
+    how::Route,
+    settings::{NavigatorSettings, default_bubble},
+    where_am_i::Locator,
+    where_to::Task,
 };
 
 /// Settings that hold together; made only by `try_from`.
@@ -17,6 +23,12 @@ pub struct NavigatorConfig {
     settings: NavigatorSettings,
     parts: Parts,
 }
+
+/// Most lasers of a robot.
+const N_LASERS_MAX: usize = 4;
+
+/// Echoes for which each of them needs room.
+const N_ECHOES_OF_LASER: usize = 512;
 
 /// The parts of a mind; made once, cloned by every mind.
 #[derive(Clone, Debug)]
@@ -84,17 +96,26 @@ impl TryFrom<NavigatorSettings> for NavigatorConfig {
         check_ranges(&settings)?;
         // A silent sensor reads its greatest range, whatever that is; noise stays above this.
         settings.echoes.silence_m = settings.echoes.silence_m.min(0.98 * settings.range_max_m);
-        let s = &settings;
-        let bubble = Bubble::new(&s.bubble_gains, &s.bubble_floors_m, s.range_max_m)?;
-        let footprint = Footprint::new(&s.outline_m).ok_or(ConfigError::Value {
+        let footprint = Footprint::new(&settings.outline_m).ok_or(ConfigError::Value {
             key: "outline_m",
-            value: s.outline_m.len() as f64,
+            value: settings.outline_m.len() as f64,
             requirement: "3 to 12 corners of a convex outline around the axle, counter-clockwise",
         })?;
+        let hears = !settings.sensors.is_empty();
+        settings.echoes.capacity += N_ECHOES_OF_LASER * settings.lasers.len();
+        if !hears && !settings.lasers.is_empty() {
+            // What is written for a ring of sonars holds for the sectors of a laser, too.
+            let bubble = |sensor: &RangeSensor| default_bubble(sensor.bearing_rad);
+            settings.sensors = sectors(&footprint);
+            settings.bubble_gains = settings.sensors.iter().map(|s| bubble(s).0).collect();
+            settings.bubble_floors_m = settings.sensors.iter().map(|s| bubble(s).1).collect();
+        }
+        let s = &settings;
+        let bubble = Bubble::new(&s.bubble_gains, &s.bubble_floors_m, s.range_max_m)?;
         let parts = Parts {
             locator: Locator::new(s),
             guard: Guard::new(s, bubble.clone(), &footprint)?,
-            around: Surroundings::new(s, bubble, footprint),
+            around: Surroundings::new(s, bubble, footprint, hears),
             task: Task::new(s),
             route: Route::new(s)?,
             follow: Follow::new(s)?,
@@ -128,6 +149,8 @@ fn check_ranges(s: &NavigatorSettings) -> Result<(), ConfigError> {
         ("server_limit_s", s.server_limit_s, 0.5, 60.0, "from 0.5 to 60 s"),
         ("range_max_m", s.range_max_m, 0.1, 100.0, "from 0.1 to 100 m"),
         ("sensors", s.sensors.len() as f64, 0.0, N_RING_MAX as f64, "at most 16 sensors"),
+        ("lasers", s.lasers.len() as f64, 0.0, N_LASERS_MAX as f64, "at most 4 lasers"),
+        ("laser_limit_s", s.laser_limit_s, 0.1, 10.0, "from 0.1 to 10 s"),
         ("drive.wheelbase_m", s.drive.wheelbase_m, 0.01, 2.0, "from 0.01 to 2 m"),
     ];
     for (key, value, least, most, requirement) in ranges {

@@ -23,7 +23,7 @@
 //! | part | question | takes | gives |
 //! | --- | --- | --- | --- |
 //! | `where_am_i` | where am I? | odometry, tags | [`PoseEstimate`] |
-//! | `around` | what is around? | rings, contacts | answers: what stands on a way, is a turn free |
+//! | `around` | what is around? | rings, scans, contacts | answers: what stands on a way, is a turn free |
 //! | `where_to` | where to? | orders | `Goal`, the task's clock and progress |
 //! | `how` | how? by one of four [`Method`]s | answers of the server, tags | a preview, and a `Leg`: what is to be done next on it, how fast |
 //! | `follow` | with which law? | a leg's line, course or scent | a `Motion` of the wheels |
@@ -47,7 +47,7 @@
 //! guard.pass               ► Motion, slowed ► Command
 //! ```
 //!
-//! Every part says in one sentence what it is about and why: [`NavigatorView::says`]. A new method for a question is
+//! Every part says in one sentence what it is about and why: [`Navigator::says`]. A new method for a question is
 //! a file in the part's folder and a line in its enum.
 //!
 //! Every phase has a limit, and running into one is visible: [`Report::Failed`](messages::Report::Failed) with a
@@ -79,7 +79,8 @@ pub use path_following::{PathController, TrailController};
 pub use phase::Phase;
 pub use says::{Says, Sentence};
 pub use settings::{
-    Avoidance, Method, N_TAG_READERS_MAX, NavigatorSettings, PoseMethod, TagController, TagSettings,
+    Avoidance, LaserMount, Method, N_TAG_READERS_MAX, NavigatorSettings, PoseMethod, TagController,
+    TagSettings,
 };
 pub use values::{PoseEstimate, PoseHealth};
 pub use view::NavigatorView;

@@ -6,14 +6,16 @@ use std::time::Duration;
 
 use geometry::{Base, Map, Odom, Transform2, Vec2};
 use messages::{
-    Command, FailureReason, LinkState, Observation, Observations, Order, Report, Sensed, Smell,
+    Command, FailureReason, LinkState, Observation, Observations, Order, Report, Scan, Sensed,
+    Smell,
 };
 use obstacle_avoidance::State;
-use path_following::Path;
+use path_following::{Path, WheelReference};
 use run_context::Stamp;
+use sensor_models::ScanBeam;
 
 use crate::{
-    around::Surroundings,
+    around::{Surroundings, Sweep},
     config::{NavigatorConfig, Parts},
     follow::Follow,
     guard::{Guard, Scene},
@@ -43,6 +45,8 @@ pub struct Navigator {
     health: Health,
     phase: Phase,
     phase_since: Stamp,
+    /// The phase in which it ceased to see.
+    blind_in: Phase,
     next_control: Stamp,
     shown_state: u8,
 }
@@ -63,6 +67,7 @@ impl Navigator {
             health,
             phase: Phase::Idle,
             phase_since: Stamp::ZERO,
+            blind_in: Phase::Idle,
             next_control: Stamp::ZERO,
             shown_state: 0,
         }
@@ -93,7 +98,7 @@ impl Navigator {
     pub fn step(&mut self, now: Stamp, observations: &Observations, commands: &mut Vec<Command>) {
         let mut has_sensed = false;
         for observation in observations {
-            has_sensed |= self.observe(now, observation, commands);
+            has_sensed |= self.observe(now, observation, observations, commands);
         }
         if has_sensed {
             self.react(now, commands);
@@ -120,6 +125,7 @@ impl Navigator {
         &mut self,
         now: Stamp,
         observation: &Observation,
+        all: &Observations,
         commands: &mut Vec<Command>,
     ) -> bool {
         let about = observation.about;
@@ -134,7 +140,9 @@ impl Navigator {
                 self.around.take_ring(about, self.locator.estimate().pose, ring);
             }
             Sensed::Contact(contacts) => self.around.take_contacts(*contacts),
-            Sensed::Scan(_) => {}
+            Sensed::Scan(scan) => {
+                return self.take_scan(now, observation, scan, all.beams(scan));
+            }
             Sensed::Battery(_) => return false,
             Sensed::Motors(motors) => {
                 self.health.take_motors(*motors);
@@ -163,6 +171,27 @@ impl Navigator {
         true
     }
 
+    /// Takes a scan; whether it is of one of the robot's lasers, and so young that it is known where the robot was.
+    fn take_scan(
+        &mut self,
+        now: Stamp,
+        observation: &Observation,
+        scan: &Scan,
+        beams: &[ScanBeam],
+    ) -> bool {
+        let time = |beam: Option<&ScanBeam>| {
+            let after_s = beam.map_or(0.0, |beam| beam.after_s.max(0.0));
+            observation.about + Duration::from_secs_f64(after_s)
+        };
+        let (Some(first), Some(last)) =
+            (self.locator.pose_at(time(beams.first())), self.locator.pose_at(time(beams.last())))
+        else {
+            return false;
+        };
+        let (from, range_max_m) = (observation.from, scan.range_max_m);
+        self.around.take_scan(now, &Sweep { from, beams, range_max_m, first, last })
+    }
+
     fn take_smell(&mut self, now: Stamp, smell: Smell, commands: &mut Vec<Command>) {
         let intensities = (smell.left.max(0.0), smell.right.max(0.0));
         let aims = self.phase == Phase::AimAtTrail;
@@ -179,7 +208,9 @@ impl Navigator {
     fn react(&mut self, now: Stamp, commands: &mut Vec<Command>) {
         let situation = self.situation(now);
         self.around.stand_at(situation.at.pose);
-        if self.guard.told().linear_mps() > 0.0 && self.is_blocked(&situation) {
+        let told = self.guard.told();
+        let ahead = told.linear_mps() > 0.0 && self.is_blocked(&situation);
+        if ahead || told != WheelReference::STOP && self.around.is_blind(now) {
             self.guard.stop(commands);
         }
         if self.phase == Phase::Approach
@@ -244,6 +275,9 @@ impl Navigator {
             return;
         }
         self.task.watch(now, at.position());
+        if self.is_held_blind(now, commands) {
+            return;
+        }
         match self.phase {
             Phase::AimAtTrail => self.aim(now, commands),
             Phase::FollowTrail => self.follow_way(now, commands),
@@ -252,8 +286,27 @@ impl Navigator {
             Phase::DriveToTarget | Phase::Avoid | Phase::Rejoin => self.bypass(now, commands),
             Phase::Approach => self.approach(now, commands),
             Phase::AlignHeading => self.align(now, commands),
-            Phase::Idle | Phase::Arrived | Phase::Failed(_) => {}
+            Phase::Blind | Phase::Idle | Phase::Arrived | Phase::Failed(_) => {}
         }
+    }
+
+    /// A robot that sees nothing stands until it does; then it goes on with what it was at.
+    fn is_held_blind(&mut self, now: Stamp, commands: &mut Vec<Command>) -> bool {
+        let is_blind = self.around.is_blind(now);
+        if is_blind {
+            self.guard.stop(commands);
+            if self.phase != Phase::Blind {
+                self.blind_in = self.phase;
+                self.enter(Phase::Blind, now);
+            }
+        } else if self.phase == Phase::Blind {
+            if self.blind_in == Phase::FollowTrail {
+                self.take_up(now);
+            } else {
+                self.enter(self.blind_in, now);
+            }
+        }
+        is_blind
     }
 
     fn is_busy(&self) -> bool {
@@ -351,7 +404,7 @@ impl Navigator {
             }
             Phase::FollowTrail | Phase::LostTrail | Phase::Approach => State::Control,
             Phase::AlignHeading => State::Rotate,
-            Phase::Wait => State::Supervise,
+            Phase::Wait | Phase::Blind => State::Supervise,
             Phase::DriveToTarget | Phase::Avoid | Phase::Rejoin => {
                 // The machine reports for itself.
                 self.shown_state = self.guard.state().byte();
@@ -385,16 +438,16 @@ impl Navigator {
             way_ahead_m: self.route.ahead_m(),
             intensities,
             bubble_limits_m: self.around.bubble_limits_m(at.speed_mps()),
-            n_sonars: self.around.ring().map_or(0, |ring| ring.n_sensors),
+            n_sonars: self.around.n_sonars(),
             follower_error: if on_trail { trail_error } else { self.follow.error_m() },
             rebound_rad: self.guard.rebound_rad(),
             n_echoes: self.around.echoes().len(),
             n_attempts: self.guard.n_attempts(),
-            says: self.says(),
         }
     }
 
-    fn says(&self) -> Says {
+    /// What each of its parts says that it is about, and why; written out only when shown.
+    pub fn says(&self) -> Says {
         Says {
             where_am_i: self.locator.says(),
             around: self.around.says(),

@@ -16,6 +16,8 @@ pub enum Phase {
     FollowTrail,
     /// Stands before an obstacle and waits for it to go away (extension).
     Wait,
+    /// Stands because what it looks with is silent (extension).
+    Blind,
     /// Goes around an obstacle.
     Avoid,
     /// Drives back to the trail beyond an obstacle.
@@ -41,6 +43,7 @@ impl Phase {
             Self::DriveToTarget => "driving to the target",
             Self::FollowTrail => "following the trail",
             Self::Wait => "waiting for the way to clear",
+            Self::Blind => "waiting for its range sensors, which are silent",
             Self::Avoid => "avoiding an obstacle",
             Self::Rejoin => "rejoining the trail",
             Self::LostTrail => "trail lost",

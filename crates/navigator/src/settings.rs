@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use geometry::Vec2;
-use messages::N_RING_MAX;
+use geometry::{Se2, Vec2};
+use messages::{DeviceId, N_RING_MAX};
 use obstacle_avoidance::{DetourConfig, EchoMemoryConfig, RangeSensor, Variant};
 use path_following::{
     PathController, TagFollowerConfig, TrailController, fuzzy::FuzzyConfig,
@@ -115,6 +115,15 @@ settings::choices!(Avoidance {
     Off = "off": "nothing; for experiments in empty worlds",
 });
 
+/// A planar laser on a robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LaserMount {
+    /// Whose scans are its.
+    pub device: DeviceId,
+    /// Where it sits and which way its x axis looks (m, rad).
+    pub base_from_sensor: Se2,
+}
+
 /// Settings as written; every field has a working default. Checked by `NavigatorConfig::try_from`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NavigatorSettings {
@@ -202,6 +211,10 @@ pub struct NavigatorSettings {
     pub drive: DriveGeometry,
     /// Random errors of the wheels, for the uncertainty that is shown.
     pub odometry_noise: OdometryNoise,
+    /// Where its planar lasers are. A robot with lasers and without a ring of sonars stops while one of them is silent.
+    pub lasers: Vec<LaserMount>,
+    /// A laser that has sent no scan for so long is silent, seconds, from 0.1 to 10: what it looked at is unseen, not free.
+    pub laser_limit_s: f64,
     /// Settings of the echo memory.
     pub echoes: EchoMemoryConfig,
     /// Settings of the checked detour.
@@ -305,6 +318,8 @@ impl Default for NavigatorSettings {
                 gear_ratio: 38.3,
             },
             odometry_noise: OdometryNoise::default(),
+            lasers: Vec::new(),
+            laser_limit_s: 0.5,
             echoes: EchoMemoryConfig::default(),
             detour: DetourConfig::default(),
         }
@@ -317,7 +332,7 @@ impl Default for NavigatorSettings {
 /// 0.15 m to stop, moves 0.1 m before a reading is acted upon, and stands with room to turn. To the
 /// sides it shrinks, so that a robot in the middle of a 0.95 m door does not see the posts inside.
 /// Sensors that look sideways or back take no part, as in Annex C.
-fn default_bubble(bearing_rad: f64) -> (f64, f64) {
+pub(crate) fn default_bubble(bearing_rad: f64) -> (f64, f64) {
     match bearing_rad.abs().to_degrees() {
         b if b < 22.0 => (10.0, 0.25),
         b if b < 40.0 => (6.0, 0.32),

@@ -4,7 +4,7 @@ use geometry::{Base, Map, Transform2, Vec2};
 use messages::N_RING_MAX;
 use robot_models::UncertaintyEllipse;
 
-use crate::{how::Scouting, phase::Phase, says::Says};
+use crate::{how::Scouting, phase::Phase};
 
 /// A navigator at one instant.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +43,4 @@ pub struct NavigatorView<'a> {
     pub n_echoes: usize,
     /// Attempts used on the present obstacle.
     pub n_attempts: u32,
-    /// What each part says of itself.
-    pub says: Says,
 }

@@ -4,6 +4,7 @@
 
 mod stillness;
 mod tag_fixes;
+mod track;
 
 use geometry::{Base, Map, Odom, Se2, Transform2, Vec2, wrap_to_pi};
 use messages::{OdometryReading, TagRead};
@@ -17,6 +18,7 @@ use crate::{
 };
 use stillness::Stillness;
 use tag_fixes::TagFixes;
+use track::Track;
 
 /// What was remembered around the robot is in the wrong place when a fix moves the robot by more, metres.
 const JUMP_M: f64 = 0.1;
@@ -43,6 +45,7 @@ pub(crate) struct Locator {
     drive: DriveGeometry,
     noise: OdometryNoise,
     odom_from_base: Option<Transform2<Odom, Base>>,
+    track: Track,
     stillness: Stillness,
     straight_yaw_rad: f64,
     straight_from: Vec2,
@@ -77,6 +80,7 @@ impl Locator {
             drive: s.drive,
             noise: s.odometry_noise,
             odom_from_base: None,
+            track: Track::default(),
             stillness: Stillness::default(),
             straight_yaw_rad: 0.0,
             straight_from: Vec2::zeros(),
@@ -133,6 +137,7 @@ impl Locator {
         }
         let wheels = odometry.wheel_speeds;
         self.stillness.note(about, wheels);
+        self.track.note(about, odometry.odom_from_base.se2());
         self.odom_from_base = Some(odometry.odom_from_base);
         seen.pose = pose;
         seen.about = about;
@@ -148,6 +153,16 @@ impl Locator {
         let way = pose.position() - self.straight_from;
         seen.straight_m = way.dot(&pose.heading()).max(0.0);
         rolled
+    }
+
+    /// Where the robot was at that time (m, rad, map): remembered, or by its speed since the last report. `None` before
+    /// what is remembered.
+    pub(crate) fn pose_at(&self, time: Stamp) -> Option<Se2> {
+        let seen = &self.estimate;
+        if seen.is_heard && time >= seen.about {
+            return Some(seen.pose_now(time));
+        }
+        self.track.at(time).map(|odom_from_base| seen.map_from_odom.se2().compose(odom_from_base))
     }
 
     /// A reader has read a tag; whether the robot was moved so far in the map that what is around it must be

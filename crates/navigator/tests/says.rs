@@ -10,7 +10,7 @@ use messages::{LinkState, Order, Sensed};
 use navigator::Phase;
 
 fn said(bed: &Bed) -> [String; 7] {
-    bed.navigator.view().says.parts().map(|(_, sentence)| sentence.to_string())
+    bed.navigator.says().parts().map(|(_, sentence)| sentence.to_string())
 }
 
 #[test]

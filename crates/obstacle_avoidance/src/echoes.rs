@@ -5,10 +5,14 @@
 //! drives them. This is no map: it is small, forgets by age, and forgets what a later reading saw
 //! through. An extension of ours; the thesis reacts to the latest readings only.
 
+mod rays;
+
 use std::time::Duration;
 
 use geometry::{Se2, Vec2};
 use run_context::Stamp;
+
+pub use rays::{Ray, Rays};
 
 use crate::{Footprint, RangeSensor, footprint::distance_to_segment_m};
 
@@ -50,7 +54,12 @@ struct Echo {
     away: Vec2,
     heard: Stamp,
     n_seen_through: u8,
+    /// Whose it is: each sensor forgets only its own, since a laser sees through glass that a sonar hears.
+    by: u8,
 }
+
+/// Echoes of rings of sonars.
+const BY_RING: u8 = 0;
 
 /// Where things were heard lately. All points are in one fixed frame, the one of the poses given.
 #[derive(Clone, Debug)]
@@ -169,7 +178,14 @@ impl EchoMemory {
                 continue;
             }
             let direction = along / length_m;
+            // Most echoes lie far from this piece of the way.
+            let slack = Vec2::repeat(half_width_m + 1e-9);
+            let (low, high) = (pair[0].inf(&pair[1]) - slack, pair[0].sup(&pair[1]) + slack);
+            let is_near = |at: Vec2| at >= low && at <= high;
             for echo in self.echoes.iter().filter(|e| e.heard >= heard_since) {
+                if !is_near(echo.at) {
+                    continue;
+                }
                 let offset = echo.at - pair[0];
                 let share_m = offset.dot(&direction).clamp(0.0, length_m);
                 let here_m = before_m + share_m;
@@ -238,6 +254,9 @@ impl EchoMemory {
         let heard_something = range_m < self.config.silence_m;
         let votes = if heard_something { VOTES_OF_ECHO } else { VOTES_OF_SILENCE };
         self.echoes.retain_mut(|echo| {
+            if echo.by != BY_RING {
+                return true;
+            }
             let offset = echo.at - mouth;
             let distance_m = offset.norm();
             if distance_m + SEE_THROUGH_M < range_m && offset.dot(&axis) > core * distance_m {
@@ -249,12 +268,17 @@ impl EchoMemory {
 
     fn remember(&mut self, now: Stamp, at: Vec2, away: Vec2) {
         let merge_m = self.config.merge_m;
-        if let Some(known) = self.echoes.iter_mut().find(|e| (e.at - at).norm() < merge_m) {
+        if let Some(known) =
+            self.echoes.iter_mut().find(|e| e.by == BY_RING && (e.at - at).norm() < merge_m)
+        {
             known.heard = now;
             known.n_seen_through = 0;
             return;
         }
-        let echo = Echo { at, away, heard: now, n_seen_through: 0 };
+        self.add(Echo { at, away, heard: now, n_seen_through: 0, by: BY_RING });
+    }
+
+    fn add(&mut self, echo: Echo) {
         if self.echoes.len() < self.config.capacity.max(1) {
             self.echoes.push(echo);
         } else if let Some(oldest) = self.echoes.iter_mut().min_by_key(|e| e.heard) {

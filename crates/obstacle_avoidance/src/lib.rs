@@ -29,7 +29,7 @@ mod sweep;
 
 pub use bubble::{Bubble, BubbleError, Intrusion};
 pub use detour::{Detour, DetourConfig, find_detour};
-pub use echoes::{EchoMemory, EchoMemoryConfig};
+pub use echoes::{EchoMemory, EchoMemoryConfig, Ray, Rays};
 pub use footprint::Footprint;
 pub use machine::{
     HeadingCheck, Inputs, Machine, MachineConfig, MachineConfigError, Motion, N_STATES, Outcome,

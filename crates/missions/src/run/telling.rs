@@ -66,7 +66,7 @@ impl Telling {
                 (LogLevel::Bad, format!("gives up: {}", words::failure(reason, view.scouting)))
             }
             Phase::AimAtTrail => (LogLevel::Info, words::task(&view, self.has_path)),
-            Phase::Avoid | Phase::Wait | Phase::LostTrail => {
+            Phase::Avoid | Phase::Wait | Phase::Blind | Phase::LostTrail => {
                 (LogLevel::Warn, words::phase(phase, self.has_path).to_owned())
             }
             _ => (LogLevel::Info, words::phase(phase, self.has_path).to_owned()),

@@ -97,7 +97,7 @@ impl Navigator {
     }
 
     /// Follows the way from here on.
-    fn take_up(&mut self, now: Stamp) {
+    pub(super) fn take_up(&mut self, now: Stamp) {
         self.follow.restart();
         if self.route.take_up(&self.situation(now)) {
             self.task.note_progress(now);

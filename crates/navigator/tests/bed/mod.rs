@@ -16,14 +16,15 @@ use geometry::{
     SegmentWorld, Transform2, Twist, Vec2, wrap_to_pi,
 };
 use messages::{
-    Command, Motors, N_RING_MAX, Observations, OdometryReading, Order as GroundOrder, Report, Ring,
-    Sensed, Smell,
+    Command, DeviceId, Motors, N_RING_MAX, Observations, OdometryReading, Order as GroundOrder,
+    Report, Ring, Sensed, Smell,
 };
 use navigator::{Navigator, NavigatorConfig, NavigatorSettings, Phase};
 use pheromones::{Field, SenseConfig};
+use rand_core::Rng;
 use robot_models::{BodyVelocity, RobotModel, WheelSpeeds, ramp};
 use run_context::{RandomStream, RunSeed, Stamp};
-use sensor_models::{SonarModel, materials};
+use sensor_models::{BeamSight, PlanarScan, ScanBeam, SonarModel, materials};
 
 pub const PLASTER: u32 = 0;
 pub const CARDBOARD: u32 = 5;
@@ -38,6 +39,34 @@ pub struct Person {
     pub speed_mps: f64,
     pub starts: Stamp,
     pub yields: bool,
+}
+
+/// A planar laser of the bed's robot.
+pub struct Laser {
+    pub base_from_sensor: Se2,
+    pub n_beams: usize,
+    pub field_of_view_rad: f64,
+    /// It sends nothing from, to.
+    pub silent: Option<(Stamp, Stamp)>,
+    scan: PlanarScan,
+    is_due: bool,
+}
+
+/// Whose the scans of the bed are.
+pub const LASER: DeviceId = DeviceId(1);
+
+impl Laser {
+    /// 361 beams over a half turn, 10 times a second, up to 8 m, over the front of a Pioneer.
+    pub fn new() -> Self {
+        Self {
+            base_from_sensor: Se2::new(0.1, 0.0, 0.0),
+            n_beams: 361,
+            field_of_view_rad: std::f64::consts::PI,
+            silent: None,
+            scan: PlanarScan { range_min_m: 0.05, range_max_m: 8.0, ..PlanarScan::default() },
+            is_due: false,
+        }
+    }
 }
 
 pub const PERSON_RADIUS_M: f64 = 0.2;
@@ -133,6 +162,8 @@ pub struct Bed {
     /// Allocations of the navigator's last step, if they are counted.
     pub n_allocations: u64,
     pub trace: bool,
+    /// A planar laser in the place of sonars.
+    pub laser: Option<Laser>,
     pub goal: Se2,
 }
 
@@ -204,6 +235,7 @@ impl Bed {
             count_allocations: false,
             n_allocations: 0,
             trace: false,
+            laser: None,
             goal: Se2::new(8.0, 0.0, 0.0),
             model,
         }
@@ -258,6 +290,9 @@ impl Bed {
         }
         if ms.is_multiple_of(100) {
             self.report_status();
+        }
+        if ms.is_multiple_of(100) {
+            self.scan();
         }
         self.run_navigator();
         self.judge(ms);
@@ -317,6 +352,36 @@ impl Bed {
         self.next_sensor = (self.next_sensor + 1) % 8;
     }
 
+    /// A laser that looks all at once and is heard of in the next step.
+    fn scan(&mut self) {
+        let Some(laser) = &mut self.laser else { return };
+        if laser.silent.is_some_and(|(from, to)| self.now >= from && self.now < to) {
+            return;
+        }
+        let sensor = self.world_from_base.compose(laser.base_from_sensor);
+        laser.scan.about = self.now;
+        laser.scan.number += 1;
+        laser.is_due = true;
+        laser.scan.beams.clear();
+        for k in 0..laser.n_beams {
+            let bearing_rad =
+                laser.field_of_view_rad * (k as f64 / (laser.n_beams - 1) as f64 - 0.5);
+            let direction = sensor.rotate(Se2::new(0.0, 0.0, bearing_rad).heading());
+            let ray = Ray { origin: sensor.position(), direction };
+            let noise_m = 0.03 * (f64::from(self.rng.next_u32()) / f64::from(u32::MAX) - 0.5);
+            let sight = self
+                .scene
+                .cast(&ray, laser.scan.range_max_m)
+                .map_or(BeamSight::NoReturn, |hit| BeamSight::Surface(hit.distance_m + noise_m));
+            laser.scan.beams.push(ScanBeam {
+                bearing_rad,
+                after_s: 0.0,
+                sight,
+                strength_ratio: 0.0,
+            });
+        }
+    }
+
     fn report_status(&mut self) {
         if self.cut_link_at.is_some_and(|at| self.now >= at) {
             return;
@@ -327,6 +392,11 @@ impl Bed {
             wheel_speeds: self.wheels,
             moving: self.wheels != WheelSpeeds::ZERO,
         };
+        if self.laser.is_some() {
+            let arrives = self.now + Duration::from_millis(20);
+            self.pending.push((arrives, self.now, Sensed::Odometry(odometry)));
+            return;
+        }
         let ring = Ring {
             ranges_m: self.ranges_m,
             ages_ms: [0; N_RING_MAX],
@@ -352,6 +422,11 @@ impl Bed {
             }
             !is_due
         });
+        if let Some(laser) = &mut self.laser
+            && std::mem::take(&mut laser.is_due)
+        {
+            self.due.push_scan(LASER, &laser.scan);
+        }
         self.commands.clear();
         if self.count_allocations {
             let (navigator, due, commands) = (&mut self.navigator, &self.due, &mut self.commands);
