@@ -4,7 +4,7 @@
 
 use geometry::{Se2, Vec2};
 
-use crate::verdict::Verdict;
+use crate::{cut::Line, verdict::Verdict};
 
 /// What does not change during a run.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -212,6 +212,10 @@ pub struct SceneLink {
     pub ends: [&'static str; 2],
     /// Bits per second; 0: no limit.
     pub baud: u32,
+    /// The robot whose line it is: index into [`Scene::robots`].
+    pub robot: usize,
+    /// Which line of the robot.
+    pub line: Line,
 }
 
 /// What changes.

@@ -3,16 +3,17 @@
 use geometry::{Se2, Vec2};
 use missions::{
     LogItem as RunLog, Run, Scene, SceneRobot, SceneThing, TraceItem as RunTrace, ViewDecision,
-    ViewFigures, ViewPose, ViewRobot,
+    ViewPose, ViewRobot,
 };
-use serde_json::{Map, Value, json};
 
 use crate::protocol::{
     AvoiderState, Brief, CheckInfo, CrowdInfo, DecisionState, DeviceInfo, DeviceState, Edge,
     FunctionInfo, Hello, LinkInfo, LogItem, MissionInfo, MissionName, OperandInfo, PROTOCOL,
-    PersonState, PheromoneInfo, Point, Pose, ProgramInfo, RobotInfo, RobotState, RoomInfo,
-    SonarInfo, State, ThingInfo, TimerState, TraceItem, VerdictInfo, WorldInfo,
+    PersonState, PheromoneInfo, Point, Pose, ProgramInfo, RobotInfo, RobotState, RoomInfo, Scan,
+    ScannerInfo, SonarInfo, State, TagsInfo, ThingInfo, TimerState, TraceItem, VerdictInfo,
+    WorldInfo,
 };
+use crate::{beams, description};
 
 /// Seconds per step of a run.
 const STEP_S: f64 = 0.01;
@@ -54,6 +55,7 @@ pub(crate) fn hello(
     scene: &Scene,
 ) -> Hello {
     let in_full = n_robots_in_full(scene);
+    let [robot_signals, run_signals] = description::signals();
     Hello {
         protocol: PROTOCOL,
         cairn: env!("CARGO_PKG_VERSION"),
@@ -76,6 +78,7 @@ pub(crate) fn hello(
             sigma_m: field.sigma_m,
             antenna_spacing_m: field.antenna_spacing_m,
         }),
+        tags: scene.tags.as_ref().map(tags),
         planned_path_m: points(&scene.planned_path_m),
         program: scene.program.as_ref().map(|program| ProgramInfo {
             source: program.source.clone(),
@@ -88,7 +91,16 @@ pub(crate) fn hello(
         } else {
             scene.links.iter().enumerate().map(link_info).collect()
         },
+        offer: description::of_run(scene),
+        plots: description::plots(scene),
+        robot_signals,
+        run_signals,
     }
+}
+
+fn tags(tags: &missions::SceneTags) -> TagsInfo {
+    let tag = |&(at, strength): &(Vec2, u8)| (rounded(at.x), rounded(at.y), strength);
+    TagsInfo { pitch_m: tags.pitch_m, tags: tags.strengths.iter().map(tag).collect() }
 }
 
 fn world(scene: &Scene) -> WorldInfo {
@@ -136,12 +148,23 @@ fn robot_info((id, robot): (usize, &missions::SceneRobot)) -> RobotInfo {
         half_angle_rad: s.half_angle_rad,
         range_max_m: s.range_max_m,
     };
+    let scanner = |s: &missions::SceneScanner| ScannerInfo {
+        name: s.name.clone(),
+        at: pose_of(s.base_from_sensor),
+        first_angle_rad: s.first_angle_rad,
+        step_rad: s.step_rad,
+        n_beams: s.n_beams,
+        range_max_m: s.range_max_m,
+    };
     RobotInfo {
         id,
         name: robot.name.clone(),
         model: robot.model.clone(),
         footprint_m: points(&robot.footprint_m),
         sonars: robot.sonars.iter().map(sonar).collect(),
+        scanners: robot.scanners.iter().map(scanner).collect(),
+        tag_readers_m: points(&robot.tag_readers_m),
+        tag_range_m: robot.tag_range_m,
         start: pose_of(robot.start),
         is_elsewhere: robot.is_elsewhere,
         hand_speed_max_mps: robot.hand_speed_max_mps,
@@ -170,6 +193,8 @@ fn link_info((id, link): (usize, &missions::SceneLink)) -> LinkInfo {
         name: link.name.clone(),
         ends: link.ends.map(ToOwned::to_owned),
         baud: (link.baud > 0).then_some(link.baud),
+        robot: link.robot,
+        line: link.line,
     }
 }
 
@@ -207,7 +232,7 @@ pub(crate) fn state(run: &Run, scene: &Scene, pace: Pace, edges: Vec<Edge>) -> S
         things: view.things.iter().map(thing).collect(),
         devices: devices.map(|(d, &on)| DeviceState { name: d.name.clone(), on }).collect(),
         decision: view.decision.as_ref().map(|d| decision(d, edges)),
-        figures: figures(&view.figures),
+        signals: values(&view.signals),
     }
 }
 
@@ -241,11 +266,10 @@ fn robot_state((id, (robot, info)): (usize, (&ViewRobot, &SceneRobot))) -> Robot
         target: robot.target_m.map(point),
         preview_m: points(&robot.preview_m),
         intensities: robot.intensities.map(|pair| pair.map(rounded)),
-        cross_track_m: robot.cross_track_m.map(rounded),
+        scans: robot.scans.iter().map(scan).collect(),
         stalled: robot.stalled,
         touching: robot.touching,
-        clearance_m: robot.clearance_m.map(rounded),
-        battery_v: robot.battery_v.map(rounded),
+        signals: values(&robot.signals),
         failure: robot.failure.clone(),
     }
 }
@@ -272,21 +296,13 @@ fn decision(decision: &ViewDecision, edges: Vec<Edge>) -> DecisionState {
     }
 }
 
-/// Figures by name; null where there is none, or where it is not known.
-fn figures(figures: &ViewFigures) -> Map<String, Value> {
-    let all = [
-        ("path_length_m", figures.path_length_m),
-        ("time_s", figures.time_s),
-        ("clearance_min_m", figures.clearance_min_m),
-        ("cross_track_rms_m", figures.cross_track_rms_m),
-        ("cross_track_max_m", figures.cross_track_max_m),
-    ];
-    let number = |value: Option<f64>| value.filter(|v| v.is_finite()).map(rounded);
-    let contacts = ("collisions".to_owned(), json!(figures.contacts));
-    all.into_iter()
-        .map(|(name, value)| (name.to_owned(), json!(number(value))))
-        .chain([contacts])
-        .collect()
+/// Signals; null where there is none, or where it is not known.
+fn values(signals: &[Option<f64>]) -> Vec<Option<f64>> {
+    signals.iter().map(|value| value.map(rounded)).collect()
+}
+
+fn scan(scan: &missions::ViewScan) -> Scan {
+    (scan.scanner, pose(scan.at), beams::packed(&scan.ranges_m))
 }
 
 /// A packet that passed.

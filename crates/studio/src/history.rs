@@ -4,8 +4,8 @@
 //! is dropped and the time between two doubles. So memory is bounded and the whole past is there, however long.
 
 use axum::extract::ws::Utf8Bytes;
-use missions::{Run, ViewRobot};
-use serde_json::{Value, json};
+use missions::{Run, Signal, ViewRobot};
+use serde_json::{Map, Value, json};
 
 use crate::protocol::Edge;
 
@@ -26,8 +26,8 @@ pub(crate) struct History {
     t_s: Vec<f32>,
     /// By robot: x and y, true and believed, m.
     ways: Vec<Vec<[f32; 4]>>,
-    /// Of the first robot: cross-track error, wheels, intensities, clearance; NaN where there is none.
-    curves: Vec<[f32; 6]>,
+    /// Of the first robot: its signals that have a curve, by sample; NaN where there is none.
+    curves: Vec<Vec<f32>>,
     edges: std::collections::VecDeque<Edge>,
     /// The message as it was made last, and from how many samples.
     told: Option<(usize, Utf8Bytes)>,
@@ -67,13 +67,10 @@ impl History {
             way.push([truth.x_m, truth.y_m, estimate.x_m, estimate.y_m].map(|value| value as f32));
         }
         if let Some(robot) = robots.first() {
-            let none = f64::NAN;
-            let [left, right] = robot.intensities.unwrap_or([none; 2]);
-            let [wheel_left, wheel_right] = robot.wheels_mps;
-            let cross = robot.cross_track_m.unwrap_or(none);
-            let clearance = robot.clearance_m.unwrap_or(none);
-            let curves = [cross, wheel_left, wheel_right, left, right, clearance];
-            self.curves.push(curves.map(|value| value as f32));
+            let values = Signal::of_robots().zip(&robot.signals);
+            let drawn = values.filter(|(signal, _)| signal.curve.is_some());
+            self.curves
+                .push(drawn.map(|(_, value)| value.map_or(f32::NAN, |v| v as f32)).collect());
         }
         if self.t_s.len() > self.n_max {
             self.thin();
@@ -119,16 +116,18 @@ impl History {
         };
         let curve =
             |index: usize| -> Vec<Value> { self.curves.iter().map(|c| number(c[index])).collect() };
+        let drawn = Signal::of_robots().filter(|signal| signal.curve.is_some());
+        let n_known = self.curves.first().map_or(0, Vec::len);
+        let columns: Map<_, _> = drawn
+            .enumerate()
+            .take(n_known)
+            .map(|(index, signal)| (signal.id.to_owned(), json!(curve(index))))
+            .collect();
         json!({
             "type": "history",
             "t_s": self.t_s.iter().map(|&t_s| number(t_s)).collect::<Vec<_>>(),
             "robots": self.ways.iter().enumerate().map(way).collect::<Vec<_>>(),
-            "cross_track_m": curve(0),
-            "wheel_left_mps": curve(1),
-            "wheel_right_mps": curve(2),
-            "left": curve(3),
-            "right": curve(4),
-            "clearance_m": curve(5),
+            "columns": columns,
             "edges": self.edges,
         })
     }
@@ -147,7 +146,11 @@ mod tests {
     use super::*;
 
     fn at(x_m: f64) -> ViewRobot {
-        ViewRobot { truth: Pose { x_m, y_m: 0.5, yaw_rad: 0.0 }, ..ViewRobot::default() }
+        let truth = Pose { x_m, y_m: 0.5, yaw_rad: 0.0 };
+        let signals = Signal::of_robots()
+            .map(|signal| (signal.id == "clearance_m").then_some(0.25))
+            .collect();
+        ViewRobot { truth, signals, ..ViewRobot::default() }
     }
 
     /// An hour at ten samples a second: the first and the newest are there, and no more than may be kept.
@@ -192,7 +195,9 @@ mod tests {
         history.keep_edges(&[edge(1.0), edge(2.0)]);
         history.keep_edges(&[edge(1.0), edge(2.0), edge(3.0)]);
         let message = history.message();
-        assert_eq!(message["cross_track_m"][0], Value::Null);
+        assert_eq!(message["columns"]["cross_track_m"][0], Value::Null);
+        assert_eq!(message["columns"]["clearance_m"][0], 0.25);
+        assert_eq!(message["columns"].get("position_error_m"), None, "no curve");
         assert_eq!(message["robots"][0]["truth"], json!([1.0, 0.5]));
         assert_eq!(message["edges"].as_array().unwrap().len(), 3);
     }

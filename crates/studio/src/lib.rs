@@ -9,12 +9,15 @@
     reason = "the studio decides how fast a run is stepped, so it looks at the clock and waits"
 )]
 
+mod beams;
 mod convert;
+mod description;
 mod door;
 mod edges;
 mod history;
 mod library;
 mod mapping;
+mod past;
 mod places;
 mod protocol;
 mod runner;

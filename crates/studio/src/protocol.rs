@@ -1,12 +1,17 @@
-//! The messages between the studio and its page, version 1: JSON objects with `type` first.
+//! The messages between the studio and its page, version 2: JSON objects with `type` first.
 //!
 //! Coordinates are in the map frame, metres; a pose is `[x_m, y_m, yaw_rad]`. These are mirror types
 //! of what `missions` shows of a run: the page's format may change without touching the closed loop.
 
 use serde::{Deserialize, Serialize};
 
+use crate::{
+    description::{Offer, PlotInfo, SignalInfo},
+    past::Kept,
+};
+
 /// The version in `hello`.
-pub(crate) const PROTOCOL: u32 = 1;
+pub(crate) const PROTOCOL: u32 = 2;
 
 /// x (m), y (m), yaw (rad).
 pub(crate) type Pose = [f64; 3];
@@ -77,6 +82,20 @@ pub(crate) enum Request {
         /// Counter-clockwise, rad/s.
         turn_rate_radps: f64,
     },
+    /// Look back: what was shown at a time. The run goes on, and only the page that asks sees it.
+    Past {
+        /// Time since the beginning, s.
+        t_s: f64,
+    },
+    /// Cut one of a robot's lines, or mend it.
+    Cut {
+        /// Its number.
+        robot: usize,
+        /// Which line.
+        line: missions::Line,
+        /// Cut, or mended.
+        cut: bool,
+    },
     /// Press a button of the smart home for half a second.
     Press {
         /// Its name.
@@ -98,9 +117,18 @@ pub(crate) struct Hello {
     pub robots: Vec<RobotInfo>,
     pub crowd: Option<CrowdInfo>,
     pub pheromones: Option<PheromoneInfo>,
+    pub tags: Option<TagsInfo>,
     pub planned_path_m: Vec<Point>,
     pub program: Option<ProgramInfo>,
     pub links: Vec<LinkInfo>,
+    /// Panels and layers that the mission has.
+    #[serde(flatten)]
+    pub offer: Offer,
+    pub plots: Vec<PlotInfo>,
+    /// In the order of [`RobotState::signals`].
+    pub robot_signals: Vec<SignalInfo>,
+    /// In the order of [`State::signals`].
+    pub run_signals: Vec<SignalInfo>,
 }
 
 /// The mission in `hello`.
@@ -184,6 +212,10 @@ pub(crate) struct RobotInfo {
     pub model: String,
     pub footprint_m: Vec<Point>,
     pub sonars: Vec<SonarInfo>,
+    pub scanners: Vec<ScannerInfo>,
+    /// Where its readers of tags are in its own frame, and how near a tag must be to them.
+    pub tag_readers_m: Vec<Point>,
+    pub tag_range_m: f64,
     pub start: Pose,
     /// It is no body of this simulation: what cannot be measured from outside is not known.
     pub is_elsewhere: bool,
@@ -205,6 +237,25 @@ pub(crate) struct SonarInfo {
     pub at: Pose,
     pub half_angle_rad: f64,
     pub range_max_m: f64,
+}
+
+/// One planar scanner on a robot.
+#[derive(Debug, Serialize)]
+pub(crate) struct ScannerInfo {
+    pub name: String,
+    pub at: Pose,
+    pub first_angle_rad: f64,
+    pub step_rad: f64,
+    pub n_beams: usize,
+    pub range_max_m: f64,
+}
+
+/// Tags in the floor as the run began.
+#[derive(Debug, Serialize)]
+pub(crate) struct TagsInfo {
+    pub pitch_m: f64,
+    /// x, y (m) and what is stored.
+    pub tags: Vec<(f64, f64, u8)>,
 }
 
 /// The pheromone field.
@@ -252,6 +303,9 @@ pub(crate) struct LinkInfo {
     pub name: String,
     pub ends: [String; 2],
     pub baud: Option<u32>,
+    /// The robot whose line it is, and which: what [`Request::Cut`] takes.
+    pub robot: usize,
+    pub line: missions::Line,
 }
 
 /// What changes with time.
@@ -271,8 +325,12 @@ pub(crate) struct State {
     pub things: Vec<ThingInfo>,
     pub devices: Vec<DeviceState>,
     pub decision: Option<DecisionState>,
-    pub figures: serde_json::Map<String, serde_json::Value>,
+    /// In the order of [`Hello::run_signals`].
+    pub signals: Vec<Option<f64>>,
 }
+
+/// A scan: which scanner, from where (m, m, rad), and its beams ([`crate::beams`]).
+pub(crate) type Scan = (usize, Pose, String);
 
 /// How it ended.
 #[derive(Debug, Serialize)]
@@ -310,11 +368,12 @@ pub(crate) struct RobotState {
     pub target: Option<Point>,
     pub preview_m: Vec<Point>,
     pub intensities: Option<[f64; 2]>,
-    pub cross_track_m: Option<f64>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub scans: Vec<Scan>,
     pub stalled: bool,
     pub touching: bool,
-    pub clearance_m: Option<f64>,
-    pub battery_v: Option<f64>,
+    /// In the order of [`Hello::robot_signals`].
+    pub signals: Vec<Option<f64>>,
     /// Why it gave up, if it did.
     pub failure: Option<String>,
 }
@@ -402,6 +461,15 @@ pub(crate) struct LogItem {
     pub text: String,
 }
 
+/// What was shown before, for the page that asked: this, then `"state":` and the state of that time.
+#[derive(Debug, Serialize)]
+pub(crate) struct PastHead {
+    #[serde(rename = "type")]
+    pub kind: &'static str,
+    pub asked_s: f64,
+    pub kept: Kept,
+}
+
 /// The answer to a request that cannot be carried out.
 #[derive(Debug, Serialize)]
 #[serde(tag = "type", rename = "error")]
@@ -420,6 +488,10 @@ mod tests {
         assert_eq!(
             read(r#"{"type":"restart","seed":7,"mission":null}"#).unwrap(),
             Request::Restart { seed: Some(7), mission: None }
+        );
+        assert_eq!(
+            read(r#"{"type":"cut","robot":0,"line":"ground","cut":true}"#).unwrap(),
+            Request::Cut { robot: 0, line: missions::Line::Ground, cut: true }
         );
         assert_eq!(
             read(r#"{"type":"place","at_m":[1.5,-2],"size_m":0.4}"#).unwrap(),

@@ -11,7 +11,7 @@ use std::{
 
 use axum::extract::ws::Utf8Bytes;
 use geometry::{Se2, Vec2};
-use missions::{Intervention, LogItem as RunLog, LogLevel, Scene};
+use missions::{Direction, Intervention, LogItem as RunLog, LogLevel, Scene};
 use run_context::RunSeed;
 use serde::Serialize;
 use tokio::sync::{broadcast, oneshot, watch};
@@ -21,8 +21,9 @@ use crate::{
     edges::Edges,
     history::History,
     library::Library,
+    past::Past,
     places,
-    protocol::{Log, LogItem, MissionInfo, Refusal, Request, Trace},
+    protocol::{Log, LogItem, MissionInfo, PastHead, Refusal, Request, Trace},
     session::{Session, Show},
 };
 
@@ -63,6 +64,15 @@ pub(crate) struct Told {
     pub text: Utf8Bytes,
 }
 
+/// What has been, of the run of a number.
+#[derive(Debug, Default)]
+struct Before {
+    run: u64,
+    history: History,
+    /// Of a recording there is none: it is wound to any time.
+    states: Option<Past>,
+}
+
 /// The page's side of the runner.
 #[derive(Clone, Debug)]
 pub(crate) struct Remote {
@@ -74,8 +84,8 @@ pub(crate) struct Remote {
     pub log: watch::Receiver<Told>,
     /// Traces and events as they come, JSON.
     pub news: broadcast::Sender<Told>,
-    /// The past of the run of that number, for a page that connects.
-    past: Arc<Mutex<(u64, History)>>,
+    /// The past of the run of that number, for pages that connect or look back.
+    past: Arc<Mutex<Before>>,
     requests: mpsc::SyncSender<(Request, Answer)>,
     /// When the last run began; held by whoever is about to begin another.
     begun: Arc<tokio::sync::Mutex<Option<tokio::time::Instant>>>,
@@ -104,7 +114,37 @@ impl Remote {
     /// The past of a run, JSON; empty when another runs by now.
     pub(crate) fn past_of(&self, run: u64) -> Utf8Bytes {
         let mut past = self.past.lock().unwrap_or_else(PoisonError::into_inner);
-        if past.0 == run { past.1.text() } else { Utf8Bytes::default() }
+        if past.run == run { past.history.text() } else { Utf8Bytes::default() }
+    }
+
+    /// What a run showed at a time, JSON; empty when another runs by now.
+    ///
+    /// # Errors
+    ///
+    /// A sentence for the person at the page.
+    pub(crate) fn look_back(&self, run: u64, t_s: f64) -> Result<Utf8Bytes, String> {
+        if !t_s.is_finite() {
+            return Err("the time to look back to must be a number of seconds".to_owned());
+        }
+        let past = self.past.lock().unwrap_or_else(PoisonError::into_inner);
+        if past.run != run {
+            return Ok(Utf8Bytes::default());
+        }
+        let Some(states) = &past.states else {
+            return Err("a recording is wound, not looked back on".to_owned());
+        };
+        let Some(state) = states.at(t_s) else {
+            return Err("nothing has been shown yet".to_owned());
+        };
+        let head = PastHead { kind: "past", asked_s: t_s, kept: states.kept() };
+        let mut text = serde_json::to_string(&head).unwrap_or_default();
+        // The state is text already: it takes the place of the brace.
+        text.truncate(text.len().saturating_sub(1));
+        text.reserve(state.len() + 10);
+        text.push_str(",\"state\":");
+        text.push_str(state);
+        text.push('}');
+        Ok(text.into())
     }
 
     async fn hand_over(&self, request: Request) -> Result<(), String> {
@@ -132,7 +172,7 @@ pub(crate) struct Runner {
     library: Arc<Mutex<Library>>,
     /// The mission's name in the list.
     mission_name: String,
-    past: Arc<Mutex<(u64, History)>>,
+    past: Arc<Mutex<Before>>,
     session: Session,
     scene: Scene,
     edges: Edges,
@@ -342,7 +382,7 @@ impl Runner {
             }
         };
         self.edges.look(self.session.run());
-        self.past.lock().unwrap_or_else(PoisonError::into_inner).1.look(self.session.run());
+        self.remember();
         let verdict_falls = !self.verdict_seen && self.session.run().finished().is_some();
         self.verdict_seen |= verdict_falls;
         if verdict_falls || !more {
@@ -351,6 +391,19 @@ impl Runner {
             self.session.hold();
         }
         more && !verdict_falls
+    }
+
+    /// Keeps what pages may want to see later.
+    fn remember(&self) {
+        let run = self.session.run();
+        let mut past = self.past.lock().unwrap_or_else(PoisonError::into_inner);
+        past.history.look(run);
+        let Some(states) = past.states.as_mut().filter(|states| states.wants(run.steps())) else {
+            return;
+        };
+        let pace = Pace { playing: true, speed_ratio: 1.0, achieved_ratio: 1.0 };
+        let state = convert::state(run, &self.scene, pace, Vec::new());
+        states.keep(state.t_s, serde_json::to_string(&state).unwrap_or_default());
     }
 
     /// A recording that cannot go on: said on the page at once, and in the exit code at the end.
@@ -418,6 +471,17 @@ impl Runner {
             Request::Seek { t_s } => self.seek(t_s)?,
             Request::Drive { robot, speed_mps, turn_rate_radps } => {
                 self.drive_by_hand(Intervention::Drive { robot, speed_mps, turn_rate_radps })?;
+            }
+            Request::Past { .. } => {
+                return Err("looking back is answered without the run".to_owned());
+            }
+            Request::Cut { robot, line, cut } => {
+                let direction = Direction::Both;
+                self.session.apply(if cut {
+                    Intervention::CutLink { robot, line, direction }
+                } else {
+                    Intervention::RestoreLink { robot, line, direction }
+                })?;
             }
             Request::Press { device } => {
                 self.session.apply(Intervention::PressButton { device })?;
@@ -551,13 +615,19 @@ impl Runner {
         // A crowd has no links to look at.
         run.set_trace(convert::n_robots_in_full(&self.scene) == self.scene.robots.len());
         self.edges = Edges::of(run);
-        let past = History::new(convert::n_robots_in_full(&self.scene));
-        self.past.lock().unwrap_or_else(PoisonError::into_inner).1 = past;
+        let in_full = convert::n_robots_in_full(&self.scene);
+        let states = !self.session.is_replay();
+        {
+            let mut past = self.past.lock().unwrap_or_else(PoisonError::into_inner);
+            past.history = History::new(in_full);
+            past.states = states.then(|| Past::new(in_full < self.scene.robots.len()));
+        }
+        self.remember();
     }
 
     /// Greets every page anew, with all that was said so far.
     fn announce(&mut self) {
-        self.past.lock().unwrap_or_else(PoisonError::into_inner).0 = self.run_number;
+        self.past.lock().unwrap_or_else(PoisonError::into_inner).run = self.run_number;
         let recording = self.session.recording().and_then(Path::file_name);
         let outline = self.session.outline();
         let seconds = |step: u64| step as f64 / STEPS_PER_SECOND;
@@ -606,7 +676,7 @@ impl Runner {
             achieved_ratio: if self.playing { self.achieved_ratio } else { 0.0 },
         };
         let edges = self.edges.publish();
-        self.past.lock().unwrap_or_else(PoisonError::into_inner).1.keep_edges(&edges);
+        self.past.lock().unwrap_or_else(PoisonError::into_inner).history.keep_edges(&edges);
         let state = convert::state(self.session.run(), &self.scene, pace, edges);
         self.outlets.state.send_replace(self.told(&state));
     }

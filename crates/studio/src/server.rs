@@ -78,7 +78,7 @@ pub(crate) fn router(
         None => Router::new().route("/", get(|| async { Redirect::temporary("/map") })),
     };
     pages
-        .route("/map", get(|| async { page("map.html") }))
+        .route("/map", get(|| async { page("index.html") }))
         .route("/assets/{*name}", get(asset))
         .route("/healthz", get(|| async { "ok" }))
         .merge(mapping::routes(mapping))
@@ -241,7 +241,7 @@ struct Guest {
     run: Option<u64>,
     allowance: Allowance,
     /// What it has asked for and was not answered yet: one thing at a time, the next waits in its socket.
-    asked: OptionFuture<BoxFuture<'static, Result<(), String>>>,
+    asked: OptionFuture<BoxFuture<'static, Result<Utf8Bytes, String>>>,
     /// The robot that it drives by hand.
     drives: Option<usize>,
     _place: OwnedSemaphorePermit,
@@ -287,7 +287,7 @@ impl Guest {
                 Some(outcome) = &mut self.asked, if is_busy => {
                     is_busy = false;
                     self.asked = None.into();
-                    self.refuse(outcome).await
+                    self.answer(outcome).await
                 }
                 request = self.inbox.next(), if !is_busy => match request {
                     Some(Ok(Message::Text(text))) => {
@@ -354,7 +354,14 @@ impl Guest {
                     self.drives = moves.then_some(robot);
                 }
                 let remote = self.remote.clone();
-                async move { remote.ask(request).await }.boxed()
+                let run = self.run.unwrap_or_default();
+                async move {
+                    match request {
+                        Request::Past { t_s } => remote.look_back(run, t_s),
+                        request => remote.ask(request).await.map(|()| Utf8Bytes::default()),
+                    }
+                }
+                .boxed()
             }
             Err(error) => {
                 let text = format!("this message was not understood: {error}");
@@ -364,11 +371,12 @@ impl Guest {
         self.asked = Some(outcome).into();
     }
 
-    /// Tells the page why its request could not be carried out, if so.
-    async fn refuse(&mut self, outcome: Result<(), String>) -> Result<(), axum::Error> {
-        let Err(text) = outcome else { return Ok(()) };
-        let refusal = serde_json::to_string(&Refusal { text }).unwrap_or_default();
-        self.send(refusal.into()).await
+    /// Tells the page what it asked for, or why its request could not be carried out.
+    async fn answer(&mut self, outcome: Result<Utf8Bytes, String>) -> Result<(), axum::Error> {
+        let text = outcome.unwrap_or_else(|text| {
+            serde_json::to_string(&Refusal { text }).unwrap_or_default().into()
+        });
+        self.send(text).await
     }
 }
 
@@ -396,18 +404,16 @@ mod tests {
     /// What the page's own head allows, the header must not forbid, but for the socket's exact address.
     #[test]
     fn the_header_allows_what_the_page_says_it_needs() {
-        for name in ["index.html", "map.html"] {
-            let page = Assets::get(name).unwrap();
-            let page = String::from_utf8(page.data.into_owned()).unwrap();
-            let header = content_policy(7878);
-            let start = page.find("default-src").unwrap();
-            let meta = &page[start..start + page[start..].find('"').unwrap()];
-            for directive in meta.split("; ").filter(|d| !d.starts_with("connect-src")) {
-                assert!(header.contains(directive), "{directive}");
-            }
-            assert!(meta.contains("connect-src 'self' ws:"));
-            assert!(header.contains("ws://localhost:7878"));
+        let page = Assets::get("index.html").unwrap();
+        let page = String::from_utf8(page.data.into_owned()).unwrap();
+        let header = content_policy(7878);
+        let start = page.find("default-src").unwrap();
+        let meta = &page[start..start + page[start..].find('"').unwrap()];
+        for directive in meta.split("; ").filter(|d| !d.starts_with("connect-src")) {
+            assert!(header.contains(directive), "{directive}");
         }
+        assert!(meta.contains("connect-src 'self' ws:"));
+        assert!(header.contains("ws://localhost:7878"));
     }
 
     #[test]

@@ -34,7 +34,7 @@ fn an_empty_page_is_greeted_and_refuses_to_play_nothing() {
     let studio = MappingStudio::empty();
     let mut page = studio.page();
     let hello = page.until("hello", |_| true);
-    assert_eq!((&hello["protocol"], &hello["has_mission"]), (&json!(1), &json!(false)));
+    assert_eq!((&hello["protocol"], &hello["has_mission"]), (&json!(2), &json!(false)));
     assert!(!hello["samples"].as_array().unwrap().is_empty());
     assert_eq!(page.until("source", |_| true)["phase"], "empty");
     page.send(&json!({"type": "play"}));
@@ -308,8 +308,8 @@ fn the_mapping_page_stands_alone_or_beside_a_mission() {
     let own = with_mission.address.to_string();
     for (path, kind) in [
         ("/map", "text/html"),
-        ("/assets/mapping.js", "text/javascript"),
-        ("/assets/mapping.css", "text/css"),
+        ("/assets/studio.js", "text/javascript"),
+        ("/assets/studio.css", "text/css"),
     ] {
         let (status, headers, body) = with_mission.get(path, &own);
         assert!(status.contains("200") && !body.is_empty(), "{path}: {status}");

@@ -12,7 +12,7 @@ fn a_page_is_greeted_told_the_log_and_shown_states() {
     let studio = Studio::of("doorbell", 1.0);
     let mut page = studio.page();
     let hello = page.next();
-    assert_eq!((&hello["type"], &hello["protocol"]), (&json!("hello"), &json!(1)));
+    assert_eq!((&hello["type"], &hello["protocol"]), (&json!("hello"), &json!(2)));
     assert_eq!(
         (&hello["mission"]["name"], &hello["mission"]["kind"]),
         (&json!("doorbell"), &json!("live"))
@@ -334,7 +334,7 @@ fn a_replay_is_wound_to_any_time_and_shows_the_same_there() {
     let later = at(12.5);
     assert_ne!(first["robots"], later["robots"]);
     let again = at(9.0);
-    assert_eq!((&first["robots"], &first["figures"]), (&again["robots"], &again["figures"]));
+    assert_eq!((&first["robots"], &first["signals"]), (&again["robots"], &again["signals"]));
     assert_eq!(at(1e9)["verdict"]["passed"], true);
     assert_eq!(at(-3.0)["step"], 0);
     page.send(&json!({"type": "play"}));
@@ -412,7 +412,7 @@ fn a_page_that_comes_late_sees_the_way_driven_and_the_curves() {
     assert_eq!(truth.len(), 2 * t_s.len());
     let x_m = |i: usize| truth[2 * i].as_f64().unwrap();
     assert!(x_m(t_s.len() - 1) - x_m(0) > 1.0, "it has driven");
-    assert_eq!(history["clearance_m"].as_array().unwrap().len(), t_s.len());
+    assert_eq!(history["columns"]["clearance_m"].as_array().unwrap().len(), t_s.len());
 }
 
 #[test]
@@ -469,4 +469,60 @@ fn own_missions_are_brought_by_a_page_and_stay_in_the_list() {
     let (status, _) = studio.post("/api/mission?name=x.toml", &vec![b'#'; 300 * 1024]);
     assert!(status.contains("413"), "{status}");
     page.pause();
+}
+
+/// The run goes on while a page looks back, and what it sees is what was shown then, however late it came.
+#[test]
+fn a_page_looks_back_while_the_run_goes_on() {
+    let studio = Studio::of("doorbell", 20.0);
+    let mut page = studio.page();
+    page.state(|s| step_of(s) > 400);
+    // So slow that every step is shown, and one of them is kept.
+    page.send(&json!({"type": "speed", "ratio": 0.1}));
+    page.state(|s| s["speed_ratio"] == 0.1);
+    let shown = page.state(|s| step_of(s).is_multiple_of(10));
+    page.send(&json!({"type": "speed", "ratio": 20.0}));
+    let now = page.state(|s| step_of(s) > step_of(&shown) + 300);
+    let mut late = studio.page();
+    for page in [&mut page, &mut late] {
+        page.send(&json!({"type": "past", "t_s": shown["t_s"]}));
+        let past = page.until("past", |_| true);
+        let then = &past["state"];
+        assert_eq!(then["t_s"], shown["t_s"]);
+        for key in ["robots", "people", "things", "devices", "signals"] {
+            assert_eq!(then[key], shown[key], "{key}");
+        }
+        assert_eq!(then["decision"]["resources"], shown["decision"]["resources"]);
+        assert!(past["kept"]["n_bytes"].as_u64() <= past["kept"]["bytes_max"].as_u64());
+        assert!(past["kept"]["n_states"].as_u64() > Some(50), "{}", past["kept"]);
+        page.state(|s| step_of(s) > step_of(&now) && s["playing"] == true);
+    }
+    page.send(&json!({"type": "past", "t_s": -5}));
+    assert_eq!(page.until("past", |_| true)["state"]["step"], 0);
+    page.send(&json!({"type": "past", "t_s": 1e9}));
+    let newest = page.until("past", |_| true);
+    assert!(step_of(&newest["state"]) > step_of(&now));
+    page.send(&json!({"type": "restart", "seed": 3, "mission": null}));
+    page.until("hello", |_| true);
+    page.send(&json!({"type": "past", "t_s": 1e9}));
+    let fresh = page.until("past", |_| true);
+    assert!(step_of(&fresh["state"]) < step_of(&now), "nothing of the old run is left");
+}
+
+#[test]
+fn a_page_cuts_a_line_and_mends_it() {
+    let studio = Studio::of("doorbell", 1.0);
+    let mut page = studio.page();
+    for (cut, word) in [(true, "cut"), (false, "")] {
+        page.send(&json!({"type": "cut", "robot": 0, "line": "pheromones", "cut": cut}));
+        page.until("log", |log| {
+            let items = log["items"].as_array().unwrap();
+            items.iter().any(|item| {
+                let text = item["text"].as_str().unwrap();
+                text.contains("pheromone server") && text.contains(word)
+            })
+        });
+    }
+    page.send(&json!({"type": "cut", "robot": 9, "line": "ground", "cut": true}));
+    assert!(page.error().contains('9'));
 }

@@ -317,13 +317,14 @@ impl Line {
         }
     }
 
-    /// As screens show it; `of` is its robot where there are several.
-    pub(crate) fn scene(&self, of: Option<&str>) -> SceneLink {
+    /// As screens show it: a line of robot number `robot`; `of` is its name where there are several.
+    pub(crate) fn scene(&self, robot: usize, of: Option<&str>) -> SceneLink {
         let name = match of {
             Some(robot) => format!("{} of {robot}", self.name),
             None => self.name.clone(),
         };
-        SceneLink { name, ends: [super::tap::NEAR, self.far_name], baud: self.baud }
+        let ends = [super::tap::NEAR, self.far_name];
+        SceneLink { name, ends, baud: self.baud, robot, line: self.which }
     }
 
     /// Begins or ends reading along.

@@ -204,6 +204,6 @@ fn timer_output(function: &decision::Function) -> Option<String> {
 fn links(vehicles: &[Vehicle]) -> Vec<SceneLink> {
     let several = vehicles.len() > 1;
     // Hundreds of direct robots have no links to look at.
-    let shown = vehicles.iter().take(N_REPORTED_MAX);
-    shown.flat_map(|v| v.scene_links(several.then_some(v.name.as_str()))).collect()
+    let shown = vehicles.iter().enumerate().take(N_REPORTED_MAX);
+    shown.flat_map(|(i, v)| v.scene_links(i, several.then_some(v.name.as_str()))).collect()
 }

@@ -324,9 +324,13 @@ impl Vehicle {
         self.lines.iter().find_map(Line::traffic)
     }
 
-    /// Its lines as screens show them; `of` is its name where there are several robots.
-    pub(super) fn scene_links(&self, of: Option<&str>) -> impl Iterator<Item = SceneLink> {
-        self.lines.iter().map(move |line| line.scene(of))
+    /// Its lines as screens show them, of robot number `robot`; `of` is its name where there are several.
+    pub(super) fn scene_links(
+        &self,
+        robot: usize,
+        of: Option<&str>,
+    ) -> impl Iterator<Item = SceneLink> {
+        self.lines.iter().map(move |line| line.scene(robot, of))
     }
 
     pub(super) fn n_lines(&self) -> usize {

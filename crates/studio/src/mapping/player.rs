@@ -19,6 +19,7 @@ use super::{
     source::Loaded,
     stage::{N_SLOTS, Stage},
 };
+use crate::description::{self, SurveyHas};
 
 /// Time between two published states.
 const FRAME: Duration = Duration::from_nanos(33_333_333);
@@ -84,7 +85,11 @@ impl Player {
         Self {
             stage,
             asks,
-            source: Source { phase: "empty", ..Source::default() },
+            source: Source {
+                phase: "empty",
+                offer: description::of_survey(SurveyHas::default()),
+                ..Source::default()
+            },
             loaded: None,
             put_away: None,
             runs: Vec::new(),
@@ -183,12 +188,15 @@ impl Player {
         let loaded = Arc::new(loaded);
         match Job::start(&loaded, &loaded.values) {
             Ok(job) => {
+                let info = loaded.info();
+                let has = SurveyHas { sonar: info.rig == "sonar", truth: info.has_truth };
                 self.source = Source {
                     phase: "ready",
                     name: loaded.name.clone(),
                     problem: None,
-                    recording: Some(loaded.info()),
+                    recording: Some(info),
                     parameters: parameters(),
+                    offer: description::of_survey(has),
                 };
                 self.loaded = Some(loaded);
                 self.put_away = None;

@@ -1,4 +1,4 @@
-//! The messages between the studio and its mapping page, version 1.
+//! The messages between the studio and its mapping page, version 2.
 //!
 //! Text messages are JSON objects with `type` first: `hello`, `source`, `state`, `registration` and `error` to the
 //! page, [`Request`] from it. What is large comes as binary messages, little-endian, each with the same head:
@@ -29,8 +29,10 @@ use std::collections::BTreeMap;
 use recordings::Format;
 use serde::{Deserialize, Serialize};
 
+use crate::description::Offer;
+
 /// The version in `hello`.
-pub(crate) const PROTOCOL: u32 = 1;
+pub(crate) const PROTOCOL: u32 = 2;
 
 /// x (m), y (m), yaw (rad).
 pub(crate) type Pose = [f64; 3];
@@ -126,6 +128,9 @@ pub(crate) struct Source {
     pub problem: Option<String>,
     pub recording: Option<RecordingInfo>,
     pub parameters: Vec<Parameter>,
+    /// Panels and layers that the recording has.
+    #[serde(flatten)]
+    pub offer: Offer,
 }
 
 /// The recording in `source`.

@@ -14,7 +14,7 @@ const watching = process.argv.includes("--watch");
 /** @type {esbuild.BuildOptions} */
 const options = {
   absWorkingDir: web,
-  entryPoints: { studio: "src/main.ts", mapping: "src/mapping/main.ts", theme: "src/theme_boot.ts" },
+  entryPoints: { studio: "src/main.ts", theme: "src/theme_boot.ts" },
   outdir: "dist/assets",
   bundle: true,
   minify: !watching,
@@ -29,7 +29,7 @@ const options = {
 
 rmSync(dist, { recursive: true, force: true });
 mkdirSync(assets, { recursive: true });
-for (const page of ["index.html", "map.html"]) cpSync(join(web, "static", page), join(dist, page));
+cpSync(join(web, "static", "index.html"), join(dist, "index.html"));
 cpSync(join(web, "static", "favicon.svg"), join(assets, "favicon.svg"));
 
 if (watching) {

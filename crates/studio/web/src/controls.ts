@@ -1,72 +1,54 @@
-// The playback bar: play, step, restart with a seed, speed, simulated time, and whether the computer keeps up.
+// The playback bar of a run: the common one, with simulated time, the past, and a restart with a seed.
 
 import { h, setText } from "./dom";
-import { clock, ratio } from "./format";
-import { icon, swapIcon } from "./icons";
-import type { ClientMessage } from "./protocol";
+import { clock } from "./format";
+import { icon } from "./icons";
+import type { ClientMessage, Kept } from "./protocol";
 import { SeekBar } from "./seek";
 import type { Store } from "./state";
+import { Transport } from "./transport";
 
-export const SPEED_MIN = 0.1;
-export const SPEED_MAX = 20;
-const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20] as const;
-/** The run lags when it gets less than this share of the speed that was asked for. */
-const LAG_SHARE = 0.9;
-/** How long a speed that was asked for is shown before the program has confirmed it. */
-const ASKED_MS = 1000;
+export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20] as const;
+/** The bar of a run that has just begun has this length. */
+const LENGTH_MIN_S = 10;
+/** This near to the present is the present. */
+const NOW_S = 0.15;
+const MEGABYTE = 1024 * 1024;
 
 export class Controls {
-  private readonly play = h("button", { class: "button primary play", type: "button", title: "Play or pause (Space)" }, icon("play"), h("span", {}, "Play"));
-  private readonly step = h("button", { class: "button square", type: "button", "aria-label": "One step", title: "One step (.)" }, icon("step"));
+  readonly transport: Transport;
   private readonly restart = h("button", { class: "button", type: "button", title: "Restart with this seed (R)" }, icon("restart"), "Restart");
   private readonly seed = h("input", { class: "field seed", type: "number", min: 0, max: 999_999_999_999_999, step: 1, id: "seed", inputmode: "numeric", placeholder: "same" });
-  private readonly speed = h("input", { class: "speed", type: "range", min: 0, max: 1000, step: 1, id: "speed", title: "Speed ([ and ])" });
-  private readonly speedValue = h("output", { class: "speed-value", for: "speed" }, "1×");
   private readonly time = h("span", { class: "time", role: "timer", "aria-label": "Simulated time" }, "0:00.0");
   private readonly timeMax = h("span", { class: "time-max" });
-  private readonly progress = h("div");
-  private readonly bar = h("div", { class: "progress", "aria-hidden": "true" }, this.progress);
-  private readonly seekBar: SeekBar;
-  private readonly achieved = h("span", { class: "pill achieved" });
-  /** While a finger is on the slider the server's value must not pull it away. */
-  private isSliding = false;
-  /** Asked for a moment ago; the states may still tell of the old speed. */
-  private asked = { speed: 1, until_ms: 0 };
+  private readonly now = h("button", { class: "button small now", type: "button", title: "Back to the present (N)", hidden: true }, "Now");
+  private readonly seek: SeekBar;
 
-  constructor(holder: HTMLElement, private readonly store: Store, private readonly send: (message: ClientMessage) => boolean) {
-    this.seekBar = new SeekBar((t_s) => this.send({ type: "seek", t_s }));
-    holder.append(
-      h("div", { class: "group" }, this.play, this.step),
-      h("div", { class: "group" }, h("div", {}, this.time, this.timeMax)),
-      this.bar, this.seekBar.element,
-      h("div", { class: "group" }, h("label", { for: "speed", class: "speed-label" }, "Speed"), this.speed, this.speedValue, this.achieved),
-      h("div", { class: "group" }, h("label", { for: "seed", class: "seed-label" }, "Seed"), this.seed, this.restart),
-    );
-    this.play.addEventListener("click", () => this.togglePlay());
-    this.step.addEventListener("click", () => this.oneStep());
+  constructor(holder: HTMLElement, private readonly store: Store, private readonly send: (message: ClientMessage) => boolean, private readonly events: { lookingBack(): void }) {
+    this.seek = new SeekBar({
+      label: "Time", title: "Drag to a time", step: 0.01, near: 0.2, isLive: true,
+      text: clock, ask: (t_s) => this.goTo(t_s),
+    });
+    this.transport = new Transport(holder, {
+      speeds: SPEEDS, step: "One step", about: "Simulated time per real time", seek: this.seek,
+      place: h("div", { class: "group" }, h("div", {}, this.time, this.timeMax), this.now),
+      tail: h("div", { class: "group" }, h("label", { for: "seed", class: "seed-label" }, "Seed"), this.seed, this.restart),
+      isOn: () => this.store.isOpen,
+      toggle: () => this.send({ type: this.store.live?.playing ? "pause" : "play" }),
+      oneStep: () => {
+        if (this.store.live?.playing) this.send({ type: "pause" });
+        this.send({ type: "step" });
+      },
+      setSpeed: (ratio) => this.send({ type: "speed", ratio }),
+    });
+    this.now.addEventListener("click", () => this.toNow());
     this.restart.addEventListener("click", () => this.restartRun());
     this.seed.addEventListener("keydown", (event) => {
       if (event.key === "Enter") this.restartRun();
     });
-    this.speed.addEventListener("input", () => {
-      this.isSliding = true;
-      this.setSpeed(speedOfSlider(Number(this.speed.value)));
-    });
-    for (const end of ["change", "blur", "pointerup"]) this.speed.addEventListener(end, () => (this.isSliding = false));
     store.on("hello", () => this.onHello());
-    store.on("state", () => this.onState());
-    store.on("reset", () => this.onState());
-    store.on("connection", () => this.onState());
-    this.onState();
-  }
-
-  togglePlay(): void {
-    this.send({ type: this.store.state?.playing ? "pause" : "play" });
-  }
-
-  oneStep(): void {
-    if (this.store.state?.playing) this.send({ type: "pause" });
-    this.send({ type: "step" });
+    for (const event of ["live", "state", "reset", "connection"] as const) store.on(event, () => this.refresh());
+    this.refresh();
   }
 
   /** An empty seed field repeats the run with the seed it had. */
@@ -77,74 +59,69 @@ export class Controls {
     this.send({ type: "restart", seed, mission: null });
   }
 
-  /** In a recording: by so many seconds, or to an end. */
+  /** By so many seconds, or to an end. */
   seekBy(seconds: number): void {
-    this.seekBar.goBy(seconds);
+    this.seek.goBy(seconds);
   }
 
-  nudgeSpeed(direction: 1 | -1): void {
-    const now = this.speedNow();
-    const next = direction > 0 ? SPEEDS.find((speed) => speed > now * 1.001) : SPEEDS.findLast((speed) => speed < now * 0.999);
-    if (next !== undefined) this.setSpeed(next);
+  /** The present again; a recording has none, its end will do. */
+  toNow(): void {
+    if (this.isReplay) return this.seek.goBy(Infinity);
+    this.seek.forget();
+    this.store.lookAtNow();
   }
 
-  private speedNow(): number {
-    return performance.now() < this.asked.until_ms ? this.asked.speed : (this.store.state?.speed_ratio ?? 1);
+  private get isReplay(): boolean {
+    return this.store.hello?.mission.kind === "replay";
   }
 
-  private setSpeed(speed: number): void {
-    this.asked = { speed, until_ms: performance.now() + ASKED_MS };
-    this.showSpeed(speed);
-    this.send({ type: "speed", ratio: speed });
+  /** A recording is wound for everybody; into the past of a run each page looks by itself, and the run goes on. */
+  private goTo(t_s: number): void {
+    if (this.isReplay) {
+      this.send({ type: "seek", t_s });
+    } else if (t_s > (this.store.live?.t_s ?? 0) - NOW_S) {
+      this.toNow();
+    } else {
+      this.store.lookBack();
+      this.events.lookingBack();
+      this.send({ type: "past", t_s });
+    }
   }
 
   private onHello(): void {
     const mission = this.store.hello?.mission;
     if (!mission) return;
     if (document.activeElement !== this.seed) this.seed.value = String(mission.seed);
-    this.seekBar.show(mission);
-    this.bar.hidden = !this.seekBar.element.hidden;
+    this.seek.show(true);
+    this.seek.setEnd(mission.length_s ?? LENGTH_MIN_S);
+    this.seek.setMarks(mission.marks ?? []);
     setText(this.timeMax, `/ ${clock(mission.length_s ?? mission.duration_max_s).replace(/\.0$/, "")}`);
-    this.onState();
+    this.refresh();
   }
 
-  private onState(): void {
-    const { state, hello, connection } = this.store;
-    const online = connection.phase === "open" && state !== null;
-    for (const control of [this.play, this.step, this.speed]) control.disabled = !online;
-    this.restart.disabled = connection.phase !== "open" || !hello;
-    this.seed.disabled = hello?.mission.kind === "replay";
-    const playing = state?.playing ?? false;
-    swapIcon(this.play, playing ? "pause" : "play");
-    const word = this.play.querySelector("span");
-    if (word) setText(word, playing ? "Pause" : "Play");
-    if (!state) return;
-    this.seekBar.moveTo(state.t_s);
-    setText(this.time, clock(this.seekBar.wanted_s ?? state.t_s));
-    const share = hello ? Math.min(1, state.t_s / Math.max(1, hello.mission.duration_max_s)) : 0;
-    this.progress.style.transform = `scaleX(${share.toFixed(4)})`;
-    if (!this.isSliding) this.showSpeed(this.speedNow());
-    const lags = playing && state.achieved_ratio < state.speed_ratio * LAG_SHARE;
-    this.achieved.classList.toggle("warn", lags);
-    this.achieved.title = lags ? "The computer cannot keep up with the speed asked for" : "Simulated time per real time";
-    setText(this.achieved, !playing ? "paused" : lags ? `only ${ratio(state.achieved_ratio)}` : "on time");
-  }
-
-  private showSpeed(speed: number): void {
-    if (!this.isSliding) this.speed.value = String(sliderOfSpeed(speed));
-    setText(this.speedValue, ratio(speed));
-    this.speed.setAttribute("aria-valuetext", `${ratio(speed)} real time`);
+  private refresh(): void {
+    const { live, past, hello, isOpen } = this.store;
+    const online = isOpen && live !== null;
+    this.restart.disabled = !isOpen || !hello;
+    this.seed.disabled = this.isReplay;
+    this.now.hidden = past === null;
+    this.transport.show({
+      playing: live?.playing ?? false, word: "Play", icon: "play", speed_ratio: live?.speed_ratio ?? 1, achieved_ratio: live?.achieved_ratio ?? 0,
+      told: live?.playing ? null : "paused", canPlay: online, canStep: online,
+    });
+    if (!live) return;
+    if (!this.isReplay) this.seek.setEnd(Math.max(LENGTH_MIN_S, live.t_s));
+    this.seek.title = this.isReplay ? "Drag to a time" : `Drag to look back; the run goes on${past ? `. ${keptWords(past.kept)}` : ""}`;
+    this.seek.moveTo(past?.state.t_s ?? live.t_s);
+    setText(this.time, clock(this.seek.wanted ?? past?.state.t_s ?? live.t_s));
+    this.time.classList.toggle("past", past !== null);
+    this.now.title = `Back to the present, ${clock(live.t_s)} (N)${past ? `. ${keptWords(past.kept)}` : ""}`;
   }
 }
 
-/** The slider is logarithmic: 0 is 0.1×, 1000 is 20×. Sticks to round speeds. */
-export function speedOfSlider(position: number): number {
-  const speed = SPEED_MIN * (SPEED_MAX / SPEED_MIN) ** (position / 1000);
-  const round = SPEEDS.find((candidate) => Math.abs(Math.log(speed / candidate)) < 0.06);
-  return round ?? Number(speed.toPrecision(2));
-}
-
-export function sliderOfSpeed(speed: number): number {
-  const bounded = Math.min(SPEED_MAX, Math.max(SPEED_MIN, speed));
-  return Math.round((1000 * Math.log(bounded / SPEED_MIN)) / Math.log(SPEED_MAX / SPEED_MIN));
+/** How much of the past there is, and how fine. */
+export function keptWords({ n_states, n_bytes, bytes_max, period_s, gap_max_s }: Kept): string {
+  const megabytes = (n: number): string => (n / MEGABYTE).toFixed(n < 10 * MEGABYTE ? 1 : 0);
+  const coarse = gap_max_s > 1.5 * period_s ? `; the oldest are up to ${gap_max_s.toFixed(1)} s apart` : "";
+  return `Kept: ${n_states} pictures, one every ${period_s} s${coarse}; ${megabytes(n_bytes)} of ${megabytes(bytes_max)} MB`;
 }

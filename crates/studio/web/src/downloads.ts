@@ -3,7 +3,6 @@
 import { h } from "./dom";
 import { clock } from "./format";
 import type { Hello, Point, State } from "./protocol";
-import { QUANTITIES, type Series } from "./series";
 import type { Store } from "./state";
 import { token } from "./theme";
 import type { Trail } from "./trail";
@@ -30,7 +29,7 @@ export function downloadMenu(store: Store, sources: DownloadSources): HTMLElemen
       if (plots.length === 0) sources.say("Open the panel Plots first: there is no picture of it yet.");
       else savePicture(`${stem()}-plots.png`, sheet("", plots, 2));
     }],
-    ["Plots", "CSV", () => save(`${stem()}-plots.csv`, seriesCsv(store.series), "text/csv")],
+    ["Plots", "CSV", () => save(`${stem()}-plots.csv`, seriesCsv(store), "text/csv")],
     ["Way driven", "CSV", () => save(`${stem()}-way.csv`, wayCsv(store), "text/csv")],
     ["Screenshot of map and plots", "PNG", () => savePicture(`${stem()}.png`, sheet(heading(store), [{ title: "", canvas: sources.map() }, ...sources.plots()], 2))],
   ];
@@ -91,10 +90,10 @@ function sheet(title: string, pictures: readonly Picture[], n_columns: number): 
   return canvas;
 }
 
-function seriesCsv(series: Series): string {
-  const head = ["t_s", "cross_track_error_mm", "wheel_left_mmps", "wheel_right_mmps", "intensity_left", "intensity_right", "clearance_m"];
-  const rows = series.t_s.map((t_s, row) => [t_s.toFixed(2), ...QUANTITIES.map((quantity) => series.columns[quantity][row]?.toFixed(3) ?? "")]);
-  return csv([head, ...rows]);
+function seriesCsv({ series, hello }: Store): string {
+  const ids = (hello?.robot_signals ?? []).filter(({ curve }) => curve).map(({ id }) => id);
+  const rows = series.t_s.map((t_s, row) => [t_s.toFixed(2), ...ids.map((id) => series.columns.get(id)?.[row]?.toFixed(4) ?? "")]);
+  return csv([["t_s", ...ids], ...rows]);
 }
 
 function wayCsv(store: Store): string {

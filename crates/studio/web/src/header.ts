@@ -1,19 +1,21 @@
-// The top of the page: name, mission chooser, what kind of run, verdict, connection, theme, help.
+// What a run has in the header: mission chooser, what it is about, what kind of run, verdict.
 
 import { h, setText } from "./dom";
 import { plain, prose } from "./prose";
-import { icon, swapIcon } from "./icons";
+import { icon } from "./icons";
 import type { Store } from "./state";
-import { currentTheme, onThemeChange, toggleTheme } from "./theme";
 
 export interface HeaderEvents {
   chooseMission(name: string): void;
   openMission(): void;
   showVerdict(): void;
-  showHelp(): void;
 }
 
-export class Header {
+export class RunHeader {
+  /** Between the name and the tail. */
+  readonly own: readonly Node[];
+  /** In the tail. */
+  readonly pills: readonly Node[];
   private readonly mission = h("select", { class: "field mission", "aria-label": "Mission", disabled: true });
   private readonly about = h("p", { class: "about" });
   private readonly open = h("button", { class: "button bare square", type: "button", "aria-label": "Open a file of your own", title: "Open a mission of your own (TOML)" }, icon("open"));
@@ -22,17 +24,13 @@ export class Header {
   private readonly recording = h("span", { class: "pill bad", hidden: true });
   private readonly kind = h("span", { class: "pill warn", hidden: true, title: "A recording: it can be watched, not changed" }, "Replay");
   private readonly verdict = h("button", { class: "pill", type: "button", hidden: true });
-  private readonly connection = h("span", { class: "pill", role: "status" }, "Connecting…");
-  private readonly theme = h("button", { class: "button bare square", type: "button" }, icon("moon"));
 
-  constructor(holder: HTMLElement, private readonly store: Store, events: HeaderEvents) {
-    const help = h("button", { class: "button bare square", type: "button", "aria-label": "Shortcuts and about", title: "Shortcuts and about (?)", onclick: events.showHelp }, icon("help"));
-    holder.append(
-      h("h1", { class: "brand" }, h("img", { src: "/assets/favicon.svg", alt: "", width: 28, height: 28 }), "Cairn"),
+  constructor(private readonly store: Store, events: HeaderEvents) {
+    this.own = [
       h("div", { class: "mission-group" }, this.mission, this.open, this.more), this.about,
       h("a", { class: "button small page-link", href: "/map", title: "Build maps from recordings" }, icon("layers"), "Mapping"),
-      h("div", { class: "tail" }, this.recording, this.kind, this.verdict, this.connection, this.theme, help),
-    );
+    ];
+    this.pills = [this.recording, this.kind, this.verdict];
     document.body.append(this.sheet);
     this.open.addEventListener("click", events.openMission);
     this.more.addEventListener("click", () => this.showSheet());
@@ -41,21 +39,9 @@ export class Header {
     });
     this.mission.addEventListener("change", () => events.chooseMission(this.mission.value));
     this.verdict.addEventListener("click", events.showVerdict);
-    this.theme.addEventListener("click", toggleTheme);
-    onThemeChange(() => this.refreshTheme());
-    this.refreshTheme();
     store.on("hello", () => this.onHello());
     store.on("state", () => this.onState());
     store.on("reset", () => (this.verdict.hidden = true));
-    store.on("connection", () => this.onConnection());
-    window.setInterval(() => this.onConnection(), 1000);
-  }
-
-  private refreshTheme(): void {
-    const title = currentTheme() === "dark" ? "Light theme (T)" : "Dark theme (T)";
-    swapIcon(this.theme, currentTheme() === "dark" ? "sun" : "moon");
-    this.theme.title = title;
-    this.theme.setAttribute("aria-label", title.replace(/ \(.*/, ""));
   }
 
   private onHello(): void {
@@ -99,12 +85,5 @@ export class Header {
     this.verdict.className = `pill ${verdict.passed ? "good" : "bad"}`;
     this.verdict.title = `${verdict.text} – show the checks`;
     setText(this.verdict, verdict.passed ? "Passed" : "Failed");
-  }
-
-  private onConnection(): void {
-    const { connection } = this.store;
-    const tone = connection.phase === "open" ? "good" : connection.phase === "lost" ? "bad" : "";
-    this.connection.className = `pill ${tone}`;
-    setText(this.connection, connection.phase === "open" ? "Connected" : connection.phase === "lost" ? "Disconnected" : "Connecting…");
   }
 }

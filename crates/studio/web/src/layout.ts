@@ -69,6 +69,8 @@ export interface Tab {
   key: string;
   title: string;
   panel: HTMLElement;
+  /** A number beside the title. */
+  count?: HTMLElement | undefined;
   /** Called when the panel comes to the front or goes. */
   shown?(visible: boolean): void;
 }
@@ -76,57 +78,72 @@ export interface Tab {
 /** A row of tabs with their panels; arrow keys move between tabs, the choice is remembered. */
 export class Tabs {
   readonly element: HTMLElement;
-  private readonly buttons: HTMLButtonElement[] = [];
-  private current = -1;
+  private readonly list: HTMLElement;
+  private readonly body = h("div", { class: "panels" });
+  private tabs: readonly Tab[] = [];
+  private buttons: HTMLButtonElement[] = [];
+  private current: string | null = null;
 
-  constructor(private readonly name: string, label: string, private readonly tabs: readonly Tab[]) {
-    const list = h("div", { class: "tabs", role: "tablist", "aria-label": label });
-    const body = h("div", { class: "panels" });
-    tabs.forEach((tab, index) => {
-      const button = h("button", { class: "tab", type: "button", role: "tab", id: `tab-${tab.key}`, "aria-controls": `panel-${tab.key}`, onclick: () => this.select(index) }, tab.title);
+  constructor(private readonly name: string, label: string) {
+    this.list = h("div", { class: "tabs", role: "tablist", "aria-label": label });
+    this.list.addEventListener("keydown", (event) => {
+      const by = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+      if (by === undefined || this.tabs.length === 0) return;
+      event.preventDefault();
+      const now = this.tabs.findIndex(({ key }) => key === this.current);
+      const next = (now + by + this.tabs.length) % this.tabs.length;
+      this.select(this.tabs[next]?.key ?? "");
+      this.buttons[next]?.focus();
+    });
+    this.element = h("div", { class: "slot" }, this.list, this.body);
+  }
+
+  /** These tabs, in this order; the one that was in front stays there if it is among them. */
+  offer(tabs: readonly Tab[]): void {
+    for (const gone of this.tabs) if (!tabs.includes(gone)) this.leave(gone);
+    this.tabs = tabs;
+    this.buttons = tabs.map((tab) => {
+      const button = h("button", { class: "tab", type: "button", role: "tab", id: `tab-${tab.key}`, "aria-controls": `panel-${tab.key}`, onclick: () => this.select(tab.key) }, tab.title, tab.count);
       tab.panel.classList.add("panel");
       tab.panel.id = `panel-${tab.key}`;
       tab.panel.setAttribute("role", "tabpanel");
       tab.panel.tabIndex = -1;
       tab.panel.setAttribute("aria-labelledby", button.id);
-      tab.panel.hidden = true;
-      this.buttons.push(button);
-      list.append(button);
-      body.append(tab.panel);
+      tab.panel.hidden = tab.key !== this.current;
+      return button;
     });
-    list.addEventListener("keydown", (event) => {
-      const by = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
-      if (by === undefined) return;
-      event.preventDefault();
-      this.select((this.current + by + tabs.length) % tabs.length);
-      this.buttons[this.current]?.focus();
-    });
-    this.element = h("div", { class: "slot" }, list, body);
-    const wanted = tabs.findIndex(({ key }) => key === remembered(`tab.${name}`, ""));
-    this.select(Math.max(0, wanted));
-  }
-
-  select(index: number): void {
-    if (index === this.current) return;
-    this.current = index;
-    this.tabs.forEach((tab, at) => {
-      const visible = at === index;
-      tab.panel.hidden = !visible;
-      this.buttons[at]?.setAttribute("aria-selected", String(visible));
-      this.buttons[at]?.setAttribute("tabindex", visible ? "0" : "-1");
-      tab.shown?.(visible);
-    });
-    const key = this.tabs[index]?.key;
-    if (key) remember(`tab.${this.name}`, key);
+    this.list.replaceChildren(...this.buttons);
+    for (const tab of tabs) if (tab.panel.parentElement !== this.body) this.body.append(tab.panel);
+    const wanted = remembered(`tab.${this.name}`, "");
+    const front = [this.current, wanted].find((key) => tabs.some((tab) => tab.key === key)) ?? tabs[0]?.key;
+    this.select(front ?? "", false);
   }
 
   /** True when this row has a panel of that name; it comes to the front. */
   show(key: string): boolean {
-    const index = this.tabs.findIndex((tab) => tab.key === key);
-    if (index >= 0) {
-      this.select(index);
-      this.tabs[index]?.panel.focus({ preventScroll: true });
-    }
-    return index >= 0;
+    const tab = this.tabs.find((candidate) => candidate.key === key);
+    if (!tab) return false;
+    this.select(key);
+    tab.panel.focus({ preventScroll: true });
+    return true;
+  }
+
+  private select(key: string, byHand = true): void {
+    const changes = key !== this.current;
+    this.current = key;
+    this.tabs.forEach((tab, at) => {
+      const visible = tab.key === key;
+      tab.panel.hidden = !visible;
+      this.buttons[at]?.setAttribute("aria-selected", String(visible));
+      this.buttons[at]?.setAttribute("tabindex", visible ? "0" : "-1");
+      if (changes) tab.shown?.(visible);
+    });
+    if (byHand) remember(`tab.${this.name}`, key);
+  }
+
+  private leave(tab: Tab): void {
+    tab.panel.remove();
+    tab.shown?.(false);
+    if (tab.key === this.current) this.current = null;
   }
 }

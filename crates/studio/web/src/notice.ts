@@ -1,31 +1,29 @@
-// Over the map: loading before the first hello, and "connection lost" until it is back.
+// Over the map: loading before the first greeting, and "connection lost" until it is back.
 
 import { h, setText } from "./dom";
-import { PROTOCOL_VERSION } from "./protocol";
-import type { Store } from "./state";
+import type { Session } from "./emitter";
 
 export class Notice {
   private readonly loading = h("div", { class: "loading", role: "status" }, h("img", { src: "/assets/favicon.svg", alt: "", width: 56, height: 56 }), h("p", {}, "Waiting for Cairn…"));
   private readonly text = h("span");
   private readonly lost = h("div", { class: "float notice", role: "alert", hidden: true }, this.text);
 
-  constructor(view: HTMLElement, private readonly store: Store, retry: () => void) {
+  constructor(view: HTMLElement, private readonly store: Session, private readonly protocol: number, retry: () => void) {
     this.lost.append(h("button", { class: "button small", type: "button", onclick: retry }, "Try now"));
     view.append(this.loading, this.lost);
-    store.on("hello", () => {
-      this.loading.hidden = true;
+    store.onSession(() => {
+      this.loading.hidden = store.greeting !== null;
       this.refresh();
     });
-    store.on("connection", () => this.refresh());
     window.setInterval(() => this.refresh(), 500);
   }
 
   private refresh(): void {
-    const { connection, hello } = this.store;
+    const { connection, greeting } = this.store;
     if (connection.phase === "open") {
-      const foreign = hello !== null && hello.protocol !== PROTOCOL_VERSION;
+      const foreign = greeting !== null && greeting.protocol !== this.protocol;
       this.lost.hidden = !foreign;
-      if (foreign) setText(this.text, `The program speaks protocol ${hello.protocol}, this page ${PROTOCOL_VERSION}: reload the page.`);
+      if (foreign) setText(this.text, `The program speaks protocol ${greeting.protocol}, this page ${this.protocol}: reload the page.`);
       return;
     }
     // The very first attempt is no loss.

@@ -1,10 +1,12 @@
-// The studio protocol, version 1: every message that passes between the program and this page.
+// The studio protocol, version 2: every message that passes between the program and this page.
 //
 // One JSON object per WebSocket text frame, "type" first. Coordinates are in the map frame: metres,
 // x to the right, y up; yaw in radians, counter-clockwise. Units are part of the names.
 
+import type { Offer, PlotInfo, SignalInfo } from "./offer";
+
 /** The version this page speaks; a server with another one gets a warning, not a crash. */
-export const PROTOCOL_VERSION = 1;
+export const PROTOCOL_VERSION = 2;
 
 /** [x_m, y_m] */
 export type Point = [number, number];
@@ -14,7 +16,7 @@ export type Pose = [number, number, number];
 // ---- server → client ----------------------------------------------------------------------------
 
 /** Everything that does not change from state to state. Sent at connection, restart, scene change. */
-export interface Hello {
+export interface Hello extends Offer {
   type: "hello";
   protocol: number;
   /** Version of the program, for the about line. */
@@ -29,9 +31,21 @@ export interface Hello {
   /** Robots beyond those, when there are too many to tell everything of each. */
   crowd?: CrowdInfo | null;
   pheromones: PheromoneField | null;
+  tags?: TagsInfo | null;
   planned_path_m: Point[];
   program: ProgramInfo | null;
   links: LinkInfo[];
+  plots: PlotInfo[];
+  /** In the order of `RobotState.signals`. */
+  robot_signals: SignalInfo[];
+  /** In the order of `State.signals`. */
+  run_signals: SignalInfo[];
+}
+
+export interface TagsInfo {
+  pitch_m: number;
+  /** x, y and what is stored. */
+  tags: [x_m: number, y_m: number, strength: number][];
 }
 
 export interface MissionInfo {
@@ -97,6 +111,9 @@ export interface RobotInfo {
   /** In the robot's own frame: x forward, y left. */
   footprint_m: Point[];
   sonars: SonarInfo[];
+  scanners?: ScannerInfo[];
+  tag_readers_m?: Point[];
+  tag_range_m?: number;
   start: Pose;
   /** No body of this simulation: what cannot be measured from outside is not known of it. */
   is_elsewhere?: boolean;
@@ -120,6 +137,20 @@ export interface SonarInfo {
   half_angle_rad: number;
   range_max_m: number;
 }
+
+export interface ScannerInfo {
+  name: string;
+  /** Where it sits on the robot. */
+  at: Pose;
+  first_angle_rad: number;
+  /** From a beam to the next, counter-clockwise. */
+  step_rad: number;
+  n_beams: number;
+  range_max_m: number;
+}
+
+/** Which scanner, from where, and its beams: 16 bits each, in base 64 (map/lasers.ts). */
+export type Scan = [scanner: number, at: Pose, beams: string];
 
 export interface PheromoneField {
   cell_m: number;
@@ -160,6 +191,9 @@ export interface LinkInfo {
   name: string;
   ends: [string, string];
   baud: number | null;
+  /** The robot whose line it is, and which: what `cut` takes. */
+  robot?: number;
+  line?: string;
 }
 
 /** What has just happened in the world, 30 a second while playing and once after each change. */
@@ -181,8 +215,8 @@ export interface State {
   things: Thing[];
   devices: { name: string; on: boolean }[];
   decision: DecisionState | null;
-  /** Figures so far; each name ends in its unit. */
-  figures: Record<string, number | null>;
+  /** In the order of `Hello.run_signals`. */
+  signals: (number | null)[];
 }
 
 export interface Verdict {
@@ -215,11 +249,11 @@ export interface RobotState {
   preview_m: Point[];
   /** [left, right] antenna */
   intensities: [number, number] | null;
-  cross_track_m: number | null;
+  scans?: Scan[];
   stalled: boolean;
   touching: boolean;
-  clearance_m: number | null;
-  battery_v: number | null;
+  /** In the order of `Hello.robot_signals`. */
+  signals: (number | null)[];
   /** Why it gave up, if it did. */
   failure?: string | null;
 }
@@ -288,14 +322,28 @@ export interface History {
   t_s: number[];
   /** x and y in turn, one pair for each time. */
   robots: { id: number; truth: number[]; estimate: number[] }[];
-  /** Of the first robot. */
-  cross_track_m: (number | null)[];
-  wheel_left_mps: (number | null)[];
-  wheel_right_mps: (number | null)[];
-  left: (number | null)[];
-  right: (number | null)[];
-  clearance_m: (number | null)[];
+  /** Signals of the first robot by name. */
+  columns: Record<string, (number | null)[]>;
   edges: [number, string, boolean][];
+}
+
+/** What was shown at a time, for the page that asked; the run goes on. */
+export interface Past {
+  type: "past";
+  asked_s: number;
+  state: State;
+  kept: Kept;
+}
+
+/** How much of the past there is. */
+export interface Kept {
+  n_states: number;
+  n_bytes: number;
+  bytes_max: number;
+  /** Between two states at first. */
+  period_s: number;
+  /** The longest time between two of them by now. */
+  gap_max_s: number;
 }
 
 /** The answer to a request that cannot be done; the connection stays. */
@@ -304,7 +352,7 @@ export interface ServerError {
   text: string;
 }
 
-export type ServerMessage = Hello | State | History | Trace | Log | ServerError;
+export type ServerMessage = Hello | State | Past | History | Trace | Log | ServerError;
 
 // ---- client → server ----------------------------------------------------------------------------
 
@@ -318,11 +366,13 @@ export type ClientMessage =
   | { type: "remove"; id: number }
   | { type: "goal"; robot: number; pose: Pose }
   | { type: "seek"; t_s: number }
+  | { type: "past"; t_s: number }
+  | { type: "cut"; robot: number; line: string; cut: boolean }
   | { type: "drive"; robot: number; speed_mps: number; turn_rate_radps: number }
   | { type: "press"; device: string }
   | { type: "stop"; robot: number };
 
-const SERVER_TYPES = ["hello", "state", "history", "trace", "log", "error"];
+const SERVER_TYPES = ["hello", "state", "past", "history", "trace", "log", "error"];
 
 /** Reads one frame; null when it is not a message this page knows (a newer server may send such). */
 export function parseServerMessage(frame: string): ServerMessage | null {

@@ -1,9 +1,7 @@
-// The curves of the plots: one column per quantity over simulated time, bounded in memory.
+// The curves of the plots: one column for each signal that has a curve, over simulated time, bounded in memory.
 
+import type { SignalInfo } from "./offer";
 import type { History, State } from "./protocol";
-
-export const QUANTITIES = ["crossTrack_mm", "wheelLeft_mmps", "wheelRight_mmps", "left", "right", "clearance_m"] as const;
-export type Quantity = (typeof QUANTITIES)[number];
 
 type Column = (number | null)[];
 
@@ -12,55 +10,53 @@ const N_POINTS_MAX = 12000;
 
 export class Series {
   t_s: number[] = [];
-  readonly columns: Record<Quantity, Column> = {
-    crossTrack_mm: [], wheelLeft_mmps: [], wheelRight_mmps: [], left: [], right: [], clearance_m: [],
-  };
+  /** By the name of the signal; SI units. */
+  readonly columns = new Map<string, Column>();
 
-  /** Takes the first robot's figures; states closer than 50 ms of simulated time are skipped. */
-  push(state: State): void {
+  /** Takes the first robot's signals; states closer than 50 ms of simulated time are skipped. */
+  push(state: State, signals: readonly SignalInfo[]): void {
     const robot = state.robots[0];
     const last_s = this.t_s.at(-1);
     if (!robot || (last_s !== undefined && state.t_s - last_s < PERIOD_MIN_S)) return;
+    signals.forEach(({ id, curve }, index) => {
+      if (curve) this.column(id).push(robot.signals[index] ?? null);
+    });
     this.t_s.push(state.t_s);
-    const { columns } = this;
-    columns.crossTrack_mm.push(robot.cross_track_m === null ? null : robot.cross_track_m * 1000);
-    columns.wheelLeft_mmps.push(robot.wheels_mps[0] * 1000);
-    columns.wheelRight_mmps.push(robot.wheels_mps[1] * 1000);
-    columns.left.push(robot.intensities?.[0] ?? null);
-    columns.right.push(robot.intensities?.[1] ?? null);
-    columns.clearance_m.push(robot.clearance_m);
     if (this.t_s.length > N_POINTS_MAX) this.thin();
   }
 
   /** Takes the whole past. */
   replace(history: History): void {
-    const milli = (column: Column): Column => column.map((value) => (value === null ? null : value * 1000));
+    this.clear();
     this.t_s = [...history.t_s];
-    Object.assign(this.columns, {
-      crossTrack_mm: milli(history.cross_track_m),
-      wheelLeft_mmps: milli(history.wheel_left_mps),
-      wheelRight_mmps: milli(history.wheel_right_mps),
-      left: [...history.left],
-      right: [...history.right],
-      clearance_m: [...history.clearance_m],
-    } satisfies Record<Quantity, Column>);
+    for (const [id, column] of Object.entries(history.columns)) this.columns.set(id, [...column]);
   }
 
   clear(): void {
     this.t_s = [];
-    for (const quantity of QUANTITIES) this.columns[quantity] = [];
+    this.columns.clear();
   }
 
   /** Times and columns from `from_s` on, ready for a plot. */
-  since(from_s: number, quantities: readonly Quantity[]): [number[], ...Column[]] {
+  since(from_s: number, ids: readonly string[]): [number[], ...Column[]] {
     const first = lowerBound(this.t_s, from_s);
-    return [this.t_s.slice(first), ...quantities.map((quantity) => this.columns[quantity].slice(first))];
+    return [this.t_s.slice(first), ...ids.map((id) => this.column(id).slice(first))];
+  }
+
+  /** A signal that is new has nothing to tell of the time before. */
+  private column(id: string): Column {
+    let column = this.columns.get(id);
+    if (!column) {
+      column = this.t_s.map(() => null);
+      this.columns.set(id, column);
+    }
+    return column;
   }
 
   private thin(): void {
     const keep = (_: unknown, index: number): boolean => index % 2 === 0;
     this.t_s = this.t_s.filter(keep);
-    for (const quantity of QUANTITIES) this.columns[quantity] = this.columns[quantity].filter(keep);
+    for (const [id, column] of this.columns) this.columns.set(id, column.filter(keep));
   }
 }
 

@@ -5,7 +5,6 @@ import type { MapChrome } from "./map/chrome";
 import type { MapView } from "./map/map";
 import type { ToolName } from "./map/tools";
 import type { Shortcut } from "./shortcuts";
-import { toggleTheme } from "./theme";
 import type { VerdictBanner } from "./verdict";
 
 export interface ShortcutTargets {
@@ -15,14 +14,13 @@ export interface ShortcutTargets {
   verdict: VerdictBanner;
   press(): void;
   stop(): void;
-  showPanel(key: string): boolean;
-  help(): void;
+  showDigit(digit: number): void;
 }
 
 const PAN_PX = 60;
 const CURSOR_STEP_M = 0.1;
+const DIGITS = ["1", "2", "3", "4", "5", "6", "7", "8", "9"] as const;
 const TURN_RAD = Math.PI / 12;
-const PANELS = ["program", "signals", "avoider", "plots", "wire", "figures"] as const;
 
 export function shortcutTable(targets: ShortcutTargets): Shortcut[] {
   const { controls, map, chrome, verdict } = targets;
@@ -37,14 +35,17 @@ export function shortcutTable(targets: ShortcutTargets): Shortcut[] {
     if (!map.tools.moveCursor(right * step_m, up * step_m)) map.pan(-right * PAN_PX, up * PAN_PX);
   };
   return [
-    { keys: [" "], shown: "Space", group: "Playback", what: "Play or pause", act: () => controls.togglePlay() },
-    { keys: ["."], shown: ".", group: "Playback", what: "One step", act: () => controls.oneStep() },
+    { keys: [" "], shown: "Space", group: "Playback", what: "Play or pause", act: () => controls.transport.togglePlay() },
+    { keys: ["."], shown: ".", group: "Playback", what: "One step", act: () => controls.transport.oneStep() },
     { keys: ["ArrowLeft"], needsReplay: true, shown: "← →", group: "Playback", what: "In a recording: 1 s back or on (Shift: 10 s)", act: (event) => controls.seekBy(event.shiftKey ? -10 : -1) },
     { keys: ["ArrowRight"], needsReplay: true, shown: "", group: "Playback", what: "", act: (event) => controls.seekBy(event.shiftKey ? 10 : 1) },
     { keys: ["Home"], needsReplay: true, shown: "Home End", group: "Playback", what: "In a recording: to its beginning or end", act: () => controls.seekBy(-Infinity) },
     { keys: ["End"], needsReplay: true, shown: "", group: "Playback", what: "", act: () => controls.seekBy(Infinity) },
-    { keys: ["["], shown: "[", group: "Playback", what: "Slower", act: () => controls.nudgeSpeed(-1) },
-    { keys: ["]"], shown: "]", group: "Playback", what: "Faster", act: () => controls.nudgeSpeed(1) },
+    { keys: ["<"], shown: "<", group: "Playback", what: "Look back by 1 s; the run goes on", act: () => controls.seekBy(-1) },
+    { keys: [">"], shown: ">", group: "Playback", what: "Forward by 1 s", act: () => controls.seekBy(1) },
+    { keys: ["n"], shown: "N", group: "Playback", what: "Back to the present", act: () => controls.toNow() },
+    { keys: ["["], shown: "[", group: "Playback", what: "Slower", act: () => controls.transport.nudgeSpeed(-1) },
+    { keys: ["]"], shown: "]", group: "Playback", what: "Faster", act: () => controls.transport.nudgeSpeed(1) },
     { keys: ["r"], shown: "R", group: "Playback", what: "Restart with the seed in the field", act: () => controls.restartRun() },
     { keys: ["d"], shown: "D", group: "Tools", what: "Ring the bell (first button)", act: () => targets.press() },
     { keys: ["s"], shown: "S", group: "Tools", what: "Stop the robot", act: () => targets.stop() },
@@ -62,11 +63,7 @@ export function shortcutTable(targets: ShortcutTargets): Shortcut[] {
     { keys: ["f"], shown: "F", group: "Map", what: "Fit the house", act: () => map.fit() },
     { keys: ["c"], shown: "C", group: "Map", what: "Follow the robot", act: () => map.setFollow(!map.follow) },
     { keys: ["l"], shown: "L", group: "Map", what: "Layers", act: () => chrome.toggleLayers() },
-    ...PANELS.map((key, index) => ({
-      keys: [String(index + 1)], shown: index === 0 ? "1 – 6" : "", group: "Page" as const, what: index === 0 ? "Panels, from Program to Figures" : "", act: () => void targets.showPanel(key),
-    })),
-    { keys: ["t"], shown: "T", group: "Page", what: "Dark or light", act: toggleTheme },
-    { keys: ["?"], shown: "?", group: "Page", what: "This help", act: () => targets.help() },
+    { keys: DIGITS, shown: "1 – 6", group: "Page", what: "Panels, as far as the mission has them", act: (event) => targets.showDigit(Number(event.key)) },
     {
       keys: ["Escape"], shown: "Esc", group: "Page", what: "Put the tool away, close what is open",
       act: () => {

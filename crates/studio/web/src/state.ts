@@ -1,13 +1,14 @@
 // What the page knows of the run: the last hello and states, trails, traces, log; and who listens.
 
-import type { ConnectionState } from "./connection";
-import type { Hello, History, LogItem, Point, RobotState, ServerMessage, State, TraceItem } from "./protocol";
+import { type SessionEvents, SessionStore } from "./emitter";
+import type { Hello, History, LogItem, Past, Point, RobotState, ServerMessage, State, TraceItem } from "./protocol";
 import { Series } from "./series";
 import { Signals } from "./signals";
 import { Trail } from "./trail";
 
 export const N_TRACE_MAX = 500;
 const N_LOG_MAX = 1000;
+const N_CONTACTS_MAX = 200;
 
 /** A state with the wall-clock moment of its arrival, for interpolation. */
 export interface Sample {
@@ -15,56 +16,93 @@ export interface Sample {
   arrived_ms: number;
 }
 
-interface StoreEvents {
+interface StoreEvents extends SessionEvents {
   hello: Hello;
+  /** Another state is shown. */
   state: State;
+  /** The newest state has come, whether it is shown or the past is. */
+  live: State;
   /** A robot has given up: what to say. */
   failure: string;
   /** A new run begins: forget what belonged to the old one. */
   reset: null;
   trace: TraceItem[];
   log: LogItem[];
-  error: string;
-  connection: ConnectionState;
 }
 
-type Listener<K extends keyof StoreEvents> = (value: StoreEvents[K]) => void;
+/** Where a robot began to touch something. */
+export interface Contact {
+  t_s: number;
+  at_m: Point;
+}
 
-export class Store {
+export class Store extends SessionStore<StoreEvents> {
   hello: Hello | null = null;
-  latest: Sample | null = null;
-  previous: Sample | null = null;
-  connection: ConnectionState = { phase: "connecting" };
+  /** The newest state and the one before. */
+  private newest: Sample | null = null;
+  private older: Sample | null = null;
+  /** What is looked back on; null when the page shows the present. */
+  past: Past | null = null;
+  private isLookingBack = false;
   /** Driven paths by robot id: where it was, and where it believed to be. */
   readonly trails = new Map<number, { truth: Trail; estimate: Trail }>();
+  readonly contacts: Contact[] = [];
   readonly trace: TraceItem[] = [];
   /** Number of trace items ever received; tells viewers how far the ring has moved on. */
   n_traced = 0;
   readonly log: LogItem[] = [];
   readonly series = new Series();
   readonly signals = new Signals();
-
   private run = "";
-  private readonly listeners: { [K in keyof StoreEvents]: Listener<K>[] } = {
-    hello: [], state: [], failure: [], reset: [], trace: [], log: [], error: [], connection: [],
-  };
 
-  on<K extends keyof StoreEvents>(event: K, listener: Listener<K>): void {
-    this.listeners[event].push(listener);
+  override get greeting(): Hello | null {
+    return this.hello;
+  }
+
+  /** The state that is shown, with the moment of its arrival. */
+  get latest(): Sample | null {
+    return this.past ? { state: this.past.state, arrived_ms: 0 } : this.newest;
+  }
+
+  /** The one before, when the picture is on its way between both. */
+  get previous(): Sample | null {
+    return this.past ? null : this.older;
+  }
+
+  /** The present, whatever is shown. */
+  get live(): State | null {
+    return this.newest?.state ?? null;
+  }
+
+  /** Nothing later than this is shown. */
+  get until_s(): number {
+    return this.past?.state.t_s ?? Infinity;
   }
 
   get state(): State | null {
     return this.latest?.state ?? null;
   }
 
-  /** False for recordings and without a connection: the page hides what would be refused. */
+  /** False for recordings, in the past and without a connection: the page hides what would be refused. */
   get canIntervene(): boolean {
-    return this.connection.phase === "open" && this.hello?.mission.kind === "live";
+    return this.isOpen && this.hello?.mission.kind === "live" && !this.isLookingBack;
   }
 
-  setConnection(connection: ConnectionState): void {
-    this.connection = connection;
-    this.emit("connection", connection);
+  /** A robot can be stopped wherever one looks. */
+  get canStop(): boolean {
+    return this.isOpen && this.hello?.mission.kind === "live";
+  }
+
+  /** From now on answers about the past are shown. */
+  lookBack(): void {
+    this.isLookingBack = true;
+  }
+
+  /** The present is shown again. */
+  lookAtNow(): void {
+    this.isLookingBack = false;
+    this.past = null;
+    if (this.newest) this.emit("state", this.newest.state);
   }
 
   accept(message: ServerMessage, now_ms: number): void {
@@ -75,6 +113,10 @@ export class Store {
         return this.acceptState(message, now_ms);
       case "history":
         return this.acceptHistory(message);
+      case "past":
+        if (!this.isLookingBack) return;
+        this.past = message;
+        return this.emit("state", message.state);
       case "trace":
         this.trace.push(...message.items);
         this.trace.splice(0, this.trace.length - N_TRACE_MAX);
@@ -122,22 +164,32 @@ export class Store {
   /** A robot that gives up says so once, with its name. */
   private watchFailures(state: State): void {
     for (const robot of state.robots) {
-      const before = this.latest?.state.robots.find(({ id }) => id === robot.id);
+      const before = this.newest?.state.robots.find(({ id }) => id === robot.id);
       if (!robot.failure || !before || before.failure === robot.failure) continue;
       const name = this.hello?.robots.find(({ id }) => id === robot.id)?.name ?? `robot ${robot.id}`;
       this.emit("failure", `${name} gives up: ${robot.failure}.`);
     }
   }
 
+  private watchContacts(state: State): void {
+    for (const robot of state.robots) {
+      const before = this.newest?.state.robots.find(({ id }) => id === robot.id);
+      if (robot.touching && before && !before.touching) this.contacts.push({ t_s: state.t_s, at_m: xy(robot.truth) });
+    }
+    this.contacts.splice(0, this.contacts.length - N_CONTACTS_MAX);
+  }
+
   private acceptState(state: State, now_ms: number): void {
-    if (this.latest && state.t_s < this.latest.state.t_s - 1e-9) this.reset();
+    if (this.newest && state.t_s < this.newest.state.t_s - 1e-9) this.reset();
     this.watchFailures(state);
-    this.previous = this.latest;
-    this.latest = { state, arrived_ms: now_ms };
+    this.watchContacts(state);
+    this.older = this.newest;
+    this.newest = { state, arrived_ms: now_ms };
     for (const robot of state.robots) this.extendTrails(robot, state.t_s);
-    this.series.push(state);
+    this.series.push(state, this.hello?.robot_signals ?? []);
     this.signals.push(state);
-    this.emit("state", state);
+    this.emit("live", state);
+    if (!this.past) this.emit("state", state);
   }
 
   private extendTrails(robot: RobotState, t_s: number): void {
@@ -151,19 +203,18 @@ export class Store {
   }
 
   private reset(): void {
-    this.latest = null;
-    this.previous = null;
+    this.newest = null;
+    this.older = null;
+    this.past = null;
+    this.isLookingBack = false;
     this.trails.clear();
+    this.contacts.length = 0;
     this.trace.length = 0;
     this.n_traced = 0;
     this.log.length = 0;
     this.series.clear();
     this.signals.clear();
     this.emit("reset", null);
-  }
-
-  private emit<K extends keyof StoreEvents>(event: K, value: StoreEvents[K]): void {
-    for (const listener of this.listeners[event]) listener(value);
   }
 }
 

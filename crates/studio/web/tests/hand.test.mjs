@@ -68,9 +68,10 @@ pageTest("figures and plots begin anew with a run", async ({ page }) => {
   await page.getByRole("tab", { name: "Figures & log" }).click();
   await page.keyboard.press(" ");
   await untilTime(page, 1);
-  await page.locator("[data-figure=queries]").waitFor();
+  const time = page.locator("[data-figure=time_s] b");
+  await time.getByText(/^[1-9]\.\d$/).waitFor();
   await page.getByLabel("Mission").selectOption("empty_flat");
-  await page.locator("[data-figure=queries]").waitFor({ state: "detached" });
+  await time.getByText(/^0\.0$/).waitFor();
   const way = page.locator("[data-figure=path_length_m] b");
   await way.waitFor();
   assert.match(await way.textContent(), /^(0(\.00)?|–)$/);
@@ -96,7 +97,7 @@ pageTest("maps, curves and a whole sheet can be downloaded", async ({ page }) =>
   const [, plots] = await get("Plots PNG");
   assert.ok(plots.length > 2000);
   const [, numbers] = await get("Plots CSV");
-  assert.match(numbers.toString(), /^t_s,cross_track_error_mm[^]*\n0\.\d+,/);
+  assert.match(numbers.toString(), /^t_s,(\w+,)*cross_track_m[^]*\n0\.\d+,/);
   const [, way] = await get("Way driven CSV");
   assert.match(way.toString(), /^robot,t_s,x_m,y_m\n/);
   const [, sheet] = await get("Screenshot of map and plots PNG");

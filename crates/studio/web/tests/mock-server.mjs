@@ -14,8 +14,10 @@ const TYPES = { ".html": "text/html; charset=utf-8", ".js": "text/javascript; ch
 const PERIOD_MS = 33;
 
 /** Starts it; `received` collects every request of the page. `close` drops all connections. */
-export async function startMock({ port = 0, kind = "live", mission = "doorbell", lag = 1 } = {}) {
-  let run = new Run(mission, 1, kind);
+export async function startMock({ port = 0, kind = "live", mission = "doorbell", lag = 1, lasers = 0 } = {}) {
+  let run = new Run(mission, 1, kind, lasers);
+  /** One state in 0.1 s, to look back on. */
+  let past = [];
   let playing = false;
   let speed = 1;
   let debt_s = 0;
@@ -41,6 +43,7 @@ export async function startMock({ port = 0, kind = "live", mission = "doorbell",
     socket.on("message", (data) => {
       const message = JSON.parse(String(data));
       received.push(message);
+      if (message.type === "past") return lookBack(socket, message.t_s);
       const problem = answer(message);
       if (problem) socket.send(JSON.stringify({ type: "error", text: problem }));
       flush();
@@ -53,10 +56,17 @@ export async function startMock({ port = 0, kind = "live", mission = "doorbell",
     while (debt_s >= 0.01) {
       debt_s -= 0.01;
       run.tick();
+      if (run.step_number % 10 === 0) past.push(run.state(true, 1, 1));
     }
     if (run.verdict && run.t_s > 1) playing = !isOver(run);
     flush();
   }, PERIOD_MS);
+
+  function lookBack(socket, asked_s) {
+    const state = past.findLast(({ t_s }) => t_s <= asked_s + 1e-6) ?? past[0] ?? run.state(false, 1, 0);
+    const kept = { n_states: past.length, n_bytes: 3000 * past.length, bytes_max: 16 * 1024 * 1024, period_s: 0.1, gap_max_s: 0.1 };
+    socket.send(JSON.stringify({ type: "past", asked_s, kept, state }));
+  }
 
   function answer(message) {
     switch (message.type) {
@@ -68,7 +78,8 @@ export async function startMock({ port = 0, kind = "live", mission = "doorbell",
         speed = message.ratio;
         return null;
       case "restart":
-        run = new Run(message.mission ?? run.mission.name, message.seed ?? run.seed, kind);
+        run = new Run(message.mission ?? run.mission.name, message.seed ?? run.seed, kind, lasers);
+        past = [];
         playing = false;
         broadcast(run.hello());
         return null;
@@ -77,6 +88,7 @@ export async function startMock({ port = 0, kind = "live", mission = "doorbell",
       case "goal": run.goal(message.pose); return null;
       case "press": run.press(message.device); return null;
       case "drive": return null;
+      case "cut": run.say("warn", `${message.line} ${message.cut ? "cut" : "mended"} by hand`); return null;
       case "stop": run.robot.goal = null; return null;
       default: return `unknown request "${message.type}"`;
     }
@@ -87,7 +99,7 @@ export async function startMock({ port = 0, kind = "live", mission = "doorbell",
     if (path === "/healthz") return void response.end("ok");
     if (path === "/api/missions") return void response.setHeader("content-type", "application/json").end(JSON.stringify(MISSIONS));
     try {
-      const file = path === "/" ? "index.html" : normalize(path).replace(/^(\.\.[/\\])+/, "");
+      const file = path === "/" || path === "/map" ? "index.html" : normalize(path).replace(/^(\.\.[/\\])+/, "");
       const body = await readFile(join(DIST, file));
       response.setHeader("content-type", TYPES[extname(file)] ?? "application/octet-stream").end(body);
     } catch {

@@ -218,7 +218,10 @@ pageTest("restart sends the seed of the field, and the mission chooser restarts 
   assert.deepEqual(await eventually("restart", () => sent("restart")[0]), { type: "restart", seed: 42, mission: null });
   await page.getByLabel("Mission").selectOption("empty_flat");
   assert.deepEqual(await eventually("restart", () => sent("restart")[1]), { type: "restart", seed: null, mission: "empty_flat" });
-  await page.getByText("No decision program").waitFor();
+  await page.getByRole("tab", { name: "Program" }).waitFor({ state: "detached" });
+  assert.deepEqual(await page.getByRole("tab").allTextContents(), ["Avoider", "Plots", "Wire", "Figures & log"]);
+  assert.equal(await page.locator("[data-layer=pheromones]").count(), 0, "there is no trail");
+  assert.equal(await page.locator("[data-plot=smell]").count(), 0, "nor is there a smell");
   assert.equal(await page.locator(".legend").isVisible(), false);
 });
 

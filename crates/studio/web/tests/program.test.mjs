@@ -82,7 +82,7 @@ programTest("the doorbell mission reaches its verdict at twenty times", async ({
 programTest("a page that is opened late shows the way driven and the curves", async ({ page, studio }) => {
   for (let i = 0; i < 4; i += 1) await page.keyboard.press("]");
   await ensure(page, true);
-  await page.waitForFunction(() => window.cairn.state().robots[0].goal !== null && window.cairn.state().figures.path_length_m > 1, null, { timeout: VERDICT_TIMEOUT_MS });
+  await page.waitForFunction(() => window.cairn.state().robots[0].goal !== null && window.cairn.signal("path_length_m") > 1, null, { timeout: VERDICT_TIMEOUT_MS });
   await ensure(page, false);
   const late = await open(browser, studio.url);
   try {
@@ -91,6 +91,25 @@ programTest("a page that is opened late shows the way driven and the curves", as
     assert.ok(known.way_m > 0.9, JSON.stringify(known));
   } finally {
     await late.close();
+  }
+});
+
+programTest("one page looks back while the run goes on and another sees nothing of it", async ({ page, studio, complaints }) => {
+  for (let i = 0; i < 4; i += 1) await page.keyboard.press("]");
+  await ensure(page, true);
+  await untilTime(page, 20);
+  const other = await open(browser, studio.url);
+  try {
+    await page.getByLabel("Time", { exact: true }).fill("5");
+    await page.waitForFunction(() => Math.abs(window.cairn.state().t_s - 5) < 0.11);
+    const begin_s = await other.page.evaluate(() => window.cairn.state().t_s);
+    await other.page.waitForFunction((t_s) => window.cairn.state().t_s > t_s + 5, begin_s);
+    assert.ok(await page.evaluate(() => Math.abs(window.cairn.state().t_s - 5) < 0.11 && window.cairn.live().t_s > 20));
+    await page.keyboard.press("n");
+    await page.waitForFunction((t_s) => window.cairn.state().t_s > t_s + 5, begin_s);
+    assert.deepEqual(complaints, []);
+  } finally {
+    await other.close();
   }
 });
 

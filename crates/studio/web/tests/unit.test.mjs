@@ -50,13 +50,16 @@ test("the camera is its own inverse and zooms about the pointer", async () => {
   assert.equal(scaleBar(400, 110).label, "20 cm");
 });
 
-test("the speed slider is logarithmic, ends at 0.1 and 20, and sticks to 1", async () => {
-  const { speedOfSlider, sliderOfSpeed } = await load("src/controls.ts");
-  assert.equal(speedOfSlider(0), 0.1);
-  assert.equal(speedOfSlider(1000), 20);
-  assert.equal(speedOfSlider(sliderOfSpeed(1)), 1);
-  assert.equal(sliderOfSpeed(500), 1000);
-  for (let position = 1; position <= 1000; position += 1) assert.ok(speedOfSlider(position) >= speedOfSlider(position - 1));
+test("the speed slider is logarithmic, ends at its limits, and sticks to 1", async () => {
+  const { speedOfSlider, sliderOfSpeed } = await load("src/transport.ts");
+  for (const last of [20, 200]) {
+    const speeds = [0.1, 1, 10, last];
+    assert.equal(speedOfSlider(0, speeds), 0.1);
+    assert.equal(speedOfSlider(1000, speeds), last);
+    assert.equal(speedOfSlider(sliderOfSpeed(1, speeds), speeds), 1);
+    assert.equal(sliderOfSpeed(500, speeds), 1000);
+    for (let position = 1; position <= 1000; position += 1) assert.ok(speedOfSlider(position, speeds) >= speedOfSlider(position - 1, speeds));
+  }
 });
 
 test("figures take label and unit from their name", async () => {
@@ -188,10 +191,16 @@ test("binary messages are read as they are described, and damaged ones are left 
   assert.equal(decode(bytes.buffer), null);
 });
 
-test("the speed of a recording goes from a tenth to two hundred times", async () => {
-  const { speedOfSlider, sliderOfSpeed, SPEED_MIN, SPEED_MAX } = await load("src/mapping/transport.ts");
-  assert.deepEqual([speedOfSlider(0), speedOfSlider(1000)], [SPEED_MIN, SPEED_MAX]);
-  for (const speed of [0.1, 1, 10, 200]) assert.equal(speedOfSlider(sliderOfSpeed(speed)), speed);
+test("beams are told apart: echoes, free ones, and those that say nothing", async () => {
+  const { beamsOf, endsOf } = await load("src/map/lasers.ts");
+  const bytes = Buffer.alloc(6);
+  [1500, 65535, 0].forEach((beam, i) => bytes.writeUInt16LE(beam, 2 * i));
+  const beams = beamsOf(bytes.toString("base64"));
+  assert.deepEqual([...beams], [1500, 65535, 0]);
+  const ends = endsOf({ first_angle_rad: 0, step_rad: Math.PI / 2, range_max_m: 8 }, [1, 2, 0], beams);
+  assert.ok(Math.hypot(ends[0] - 2.5, ends[1] - 2) < 1e-5 && ends[2] === 1, "an echo ahead");
+  assert.ok(Math.hypot(ends[3] - 1, ends[4] - 10) < 1e-5 && ends[5] === 0, "free to the left as far as it sees");
+  assert.ok(Number.isNaN(ends[6]), "what is unseen is nowhere");
 });
 
 test("parameters and figures are written with their units", async () => {

@@ -1,16 +1,15 @@
 // The controls around the map: tool bar with devices above, view buttons and read-out at its foot.
 
 import { h, setText } from "../dom";
-import { coordinate, taskWords } from "../format";
+import { clock, taskWords } from "../format";
 import { icon, type IconName } from "../icons";
 import type { CrowdRobot, Device, Hello, State } from "../protocol";
 import type { Store } from "../state";
-import { scaleBar } from "./camera";
 import { countCrowd } from "./crowd";
 import { DEVICE_ICONS, isOn } from "./devices";
-import { layersMenu } from "./layers";
 import type { MapView } from "./map";
 import type { ToolName } from "./tools";
+import { ViewTools } from "./view_tools";
 
 const TOOLS: readonly { name: ToolName; icon: IconName; title: string; key: string; hint: string }[] = [
   { name: "select", icon: "pan", title: "Select and pan", key: "V", hint: "" },
@@ -26,8 +25,6 @@ const CROWD_WORDS = [
   { key: "touching", word: "touching" },
 ] as const;
 
-const SCALE_BAR_MAX_PX = 110;
-
 export class MapChrome {
   readonly bar = h("div", { class: "map-bar", role: "toolbar", "aria-label": "Map tools and devices" });
   /** Below the map, not over it: scale, what the robot does, what the tool does, where the pointer is, the view. */
@@ -37,16 +34,12 @@ export class MapChrome {
   private readonly devices = h("div", { class: "devices", role: "group", "aria-label": "Devices" });
   private readonly deviceElements = new Map<string, HTMLElement>();
   private readonly hint = h("p", { class: "hint", role: "status", hidden: true });
-  private readonly followButton: HTMLButtonElement;
-  private readonly layersButton: HTMLButtonElement;
-  private readonly layers: HTMLElement;
-  private readonly downloadsButton: HTMLButtonElement;
+  private readonly viewTools: ViewTools;
   private readonly emptyWorld = h("div", { class: "empty-world", hidden: true }, h("strong", {}, "An empty world"), h("span", {}));
+  /** What is shown is not the present. */
+  private readonly pastBadge = h("p", { class: "run-badge past-badge", role: "status", hidden: true });
   /** Something has happened in this run: the notice has been read, or is in the way. */
   private isTouched = false;
-  private readonly scale = h("div", { class: "bar" });
-  private readonly scaleLabel = h("span");
-  private readonly at = h("span", { class: "readout at", hidden: true });
   private readonly legend = h("div", { class: "legend", hidden: true });
   private readonly legendPeak = h("span");
   private readonly crowd = h("div", { class: "crowd", hidden: true });
@@ -69,38 +62,14 @@ export class MapChrome {
     this.bar.append(tools, this.stop, h("div", { class: "rule" }), this.devices);
     this.stop.addEventListener("click", () => this.actions.stop());
 
-    this.followButton = this.viewButton("follow", "Follow the robot (C)", () => map.setFollow(!map.follow));
-    this.followButton.setAttribute("aria-pressed", "false");
-    this.layersButton = this.viewButton("layers", "Layers (L)", () => this.toggleLayers());
-    this.layersButton.setAttribute("aria-expanded", "false");
-    this.layersButton.setAttribute("aria-controls", "layers-menu");
-    this.layers = layersMenu(map.layers, () => {
-      map.sceneChanged();
-      this.refreshLegend();
-    });
-    this.downloadsButton = this.viewButton("download", "Download", () => this.toggleDownloads());
-    this.downloadsButton.setAttribute("aria-expanded", "false");
-    this.downloadsButton.setAttribute("aria-controls", "downloads-menu");
+    this.viewTools = new ViewTools("house", { zoom: (factor) => map.zoom(factor), fit: () => map.fit(), toggleFollow: () => map.setFollow(!map.follow) }, map.layers, [{ icon: "download", title: "Download", menu: actions.downloads }]);
     this.legend.append(h("span", {}, "Pheromone intensity"), h("div", { class: "ramp" }), h("div", { class: "ends" }, h("span", {}, "0"), this.legendPeak));
     this.foot.append(
-      h("div", { class: "readout" }, h("div", { class: "scale" }, this.at, this.scaleLabel, this.scale), this.legend, this.crowd),
+      h("div", { class: "readout" }, this.viewTools.scale, this.legend, this.crowd),
       h("div", { class: "said" }, this.task, this.phase, this.hint),
-      h("div", { class: "view-tools", role: "toolbar", "aria-label": "View" },
-        this.viewButton("minus", "Zoom out (−)", () => map.zoom(1 / 1.3)),
-        this.viewButton("plus", "Zoom in (+)", () => map.zoom(1.3)),
-        this.viewButton("fit", "Fit the house (F)", () => map.fit()),
-        this.followButton, this.layersButton, this.downloadsButton),
+      this.viewTools.buttons,
     );
-    view.append(this.emptyWorld, this.layers, this.actions.downloads);
-    this.actions.downloads.addEventListener("click", (event) => {
-      if (event.target instanceof Element && event.target.closest("button")) this.toggleDownloads();
-    });
-    document.addEventListener("pointerdown", (event) => {
-      const inside = event.target instanceof Element && event.target.closest("#layers-menu, [aria-controls=layers-menu]");
-      if (!inside && !this.layers.hidden) this.toggleLayers();
-      const inDownloads = event.target instanceof Element && event.target.closest("#downloads-menu, [aria-controls=downloads-menu]");
-      if (!inDownloads && !this.actions.downloads.hidden) this.toggleDownloads();
-    });
+    view.append(this.emptyWorld, this.pastBadge, map.layers.menu, this.actions.downloads);
     store.on("hello", () => this.onHello());
     store.on("reset", () => (this.isTouched = false));
     store.on("state", () => this.onState());
@@ -108,30 +77,12 @@ export class MapChrome {
   }
 
   toggleLayers(): void {
-    this.layers.hidden = !this.layers.hidden;
-    this.layersButton.setAttribute("aria-expanded", String(!this.layers.hidden));
-    if (!this.layers.hidden) this.layers.querySelector("input")?.focus();
-    else if (this.layers.contains(document.activeElement)) this.layersButton.focus();
-  }
-
-  private toggleDownloads(): void {
-    const menu = this.actions.downloads;
-    menu.hidden = !menu.hidden;
-    this.downloadsButton.setAttribute("aria-expanded", String(!menu.hidden));
-    if (!menu.hidden) menu.querySelector("button")?.focus();
-    else if (menu.contains(document.activeElement)) this.downloadsButton.focus();
+    this.viewTools.toggleLayers();
   }
 
   /** True when Escape had a menu to close. */
   closeMenus(): boolean {
-    if (!this.actions.downloads.hidden) {
-      this.toggleDownloads();
-      return true;
-    }
-    if (this.layers.hidden) return false;
-    this.toggleLayers();
-    this.layersButton.focus();
-    return true;
+    return this.viewTools.closeMenus();
   }
 
   showTool(tool: ToolName): void {
@@ -142,16 +93,13 @@ export class MapChrome {
   }
 
   showFollow(follow: boolean): void {
-    this.followButton.setAttribute("aria-pressed", String(follow));
+    this.viewTools.showFollow(follow);
   }
 
   refreshReadout(): void {
-    const { label, length_px } = scaleBar(this.map.camera.scale_pxpm, SCALE_BAR_MAX_PX);
-    this.scale.style.width = `${length_px.toFixed(1)}px`;
-    setText(this.scaleLabel, label);
-    const cursor = this.map.tools.cursor_m;
-    this.at.hidden = cursor === null;
-    setText(this.at, cursor ? `${coordinate(cursor[0])}, ${coordinate(cursor[1])} m` : "");
+    this.viewTools.showScale(this.map.camera.scale_pxpm);
+    this.viewTools.showPlace(this.map.tools.cursor_m);
+    this.refreshLegend();
   }
 
   private onHello(): void {
@@ -228,18 +176,17 @@ export class MapChrome {
       else element.setAttribute("aria-label", `${device.label}: ${on ? "on" : "off"}`);
     }
     const canSteer = canIntervene && (hello?.robots.length ?? 0) > 0;
-    this.stop.disabled = !canSteer;
+    this.stop.disabled = !this.store.canStop || (hello?.robots.length ?? 0) === 0;
+    const { past } = this.store;
+    this.pastBadge.hidden = past === null;
+    if (past) setText(this.pastBadge, `${clock(past.state.t_s)}: the past. The run is at ${clock(this.store.live?.t_s ?? 0)}.`);
     for (const [name, button] of this.toolButtons) button.disabled = name !== "select" && !(name === "goal" || name === "drive" ? canSteer : canIntervene);
   }
 
   private refreshLegend(): void {
     const { field, layers } = this.map;
-    this.legend.hidden = !field || field.peak === 0 || !layers.pheromones;
+    this.legend.hidden = !field || field.peak === 0 || !layers.has("pheromones");
     if (field) setText(this.legendPeak, field.peak.toFixed(field.peak < 10 ? 1 : 0));
-  }
-
-  private viewButton(name: IconName, title: string, act: () => void): HTMLButtonElement {
-    return h("button", { class: "button square", type: "button", "aria-label": title.replace(/ \(.*\)$/, ""), title, onclick: act }, icon(name));
   }
 }
 

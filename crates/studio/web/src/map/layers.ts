@@ -1,42 +1,44 @@
-// Which parts of the picture are shown; the user's choice is remembered.
+// Which parts of the picture are shown: the program says which there are, the user which he wants; that is remembered.
 
 import { h } from "../dom";
+import type { LayerInfo } from "../offer";
 import { remember, remembered } from "../prefs";
 
-export const LAYERS = [
-  { key: "pheromones", label: "Pheromone field", token: "rgb(var(--heat-high))", on: true },
-  { key: "plan", label: "Planned path", token: "var(--map-plan)", on: true },
-  { key: "trail", label: "Driven path", token: "var(--map-trail)", on: true },
-  { key: "preview", label: "Scout preview", token: "var(--map-preview)", on: true },
-  { key: "estimate", label: "Estimated pose", token: "var(--map-estimate)", on: true },
-  { key: "sonar", label: "Sonar cones", token: "var(--map-sonar-hit)", on: true },
-  { key: "bubble", label: "Sensitivity bubble", token: "var(--map-bubble)", on: true },
-  { key: "zones", label: "Motion zones", token: "var(--map-zone-on)", on: true },
-  { key: "names", label: "Names", token: "var(--map-room)", on: true },
-  { key: "grid", label: "Grid, 1 m", token: "var(--map-grid)", on: true },
-] as const;
+export class Layers {
+  /** The list of check boxes that floats over the map; it is the legend as well. */
+  readonly menu = h("div", { class: "float layers", id: "layers-menu", role: "group", "aria-label": "Layers", hidden: true });
+  private readonly shown = new Map<string, boolean>();
+  private offered = "";
 
-export type LayerKey = (typeof LAYERS)[number]["key"];
-export type Layers = Record<LayerKey, boolean>;
+  /** `prefix` is before the names under which choices are remembered. */
+  constructor(private readonly prefix: string, private readonly changed: () => void) {}
 
-export function rememberedLayers(): Layers {
-  return Object.fromEntries(LAYERS.map(({ key, on }) => [key, remembered(`layer.${key}`, on as boolean)])) as Layers;
-}
-
-/** The list of check boxes that floats over the map. */
-export function layersMenu(layers: Layers, changed: () => void): HTMLElement {
-  const menu = h("div", { class: "float layers", id: "layers-menu", role: "group", "aria-label": "Layers", hidden: true }, h("h2", {}, "Layers"));
-  for (const { key, label, token } of LAYERS) {
-    const box = h("input", { type: "checkbox", "data-layer": key });
-    box.checked = layers[key];
-    box.addEventListener("change", () => {
-      layers[key] = box.checked;
-      remember(`layer.${key}`, box.checked);
-      changed();
-    });
-    const swatch = h("span", { class: "swatch", "aria-hidden": "true" });
-    swatch.style.background = token;
-    menu.append(h("label", {}, box, label, swatch));
+  /** The layers that the session has. */
+  offer(layers: readonly LayerInfo[]): void {
+    const offered = JSON.stringify(layers);
+    if (offered === this.offered) return;
+    this.offered = offered;
+    this.shown.clear();
+    this.menu.replaceChildren(h("h2", {}, "Layers"));
+    for (const { key, label, colour, on } of layers) {
+      const name = `${this.prefix}layer.${key}`;
+      const box = h("input", { type: "checkbox", "data-layer": key });
+      box.checked = remembered(name, on);
+      this.shown.set(key, box.checked);
+      box.addEventListener("change", () => {
+        this.shown.set(key, box.checked);
+        remember(name, box.checked);
+        this.changed();
+      });
+      const swatch = h("span", { class: "swatch", "aria-hidden": "true" });
+      swatch.style.background = colour;
+      this.menu.append(h("label", {}, box, label, swatch));
+    }
+    this.changed();
   }
-  return menu;
+
+  /** Whether it is there and wanted. */
+  has(key: string): boolean {
+    return this.shown.get(key) ?? false;
+  }
 }

@@ -1,17 +1,15 @@
 // The map: owns canvas and camera, draws what stands still once and what moves every frame.
 
-import { h } from "../dom";
 import type { ClientMessage, Person } from "../protocol";
 import type { Store } from "../state";
-import { onThemeChange } from "../theme";
-import { Camera } from "./camera";
+import type { Camera } from "./camera";
+import { MapCanvas } from "./canvas";
 import { drawCrowd } from "./crowd";
 import { drawDevices, drawZones } from "./devices";
 import { type FieldImage, paintField } from "./field";
-import { attachGestures } from "./gestures";
 import { blendFactor, blendPose } from "./interpolate";
-import { type Layers, rememberedLayers } from "./layers";
-import { readPalette } from "./palette";
+import { Layers } from "./layers";
+import { drawContacts } from "./marks";
 import type { Pen } from "./pen";
 import { drawPerson } from "./people";
 import { drawIntentions, drawRobot, drawSensing, drawTrail, type RobotNow } from "./robots";
@@ -31,19 +29,17 @@ export interface MapEvents {
 }
 
 export class MapView {
-  readonly canvas = h("canvas", { id: "map-canvas", tabindex: 0, role: "application", "aria-roledescription": "map", "aria-label": "Map of the house. Arrow keys pan or move the tool, plus and minus zoom, Enter uses the tool." });
-  readonly camera = new Camera();
-  readonly layers: Layers = rememberedLayers();
+  readonly layers = new Layers("", () => {
+    this.sceneChanged();
+    this.events.viewChanged();
+  });
   readonly tools: Tools;
   follow = false;
-  n_frames = 0;
   field: FieldImage | null = null;
 
-  private readonly context: CanvasRenderingContext2D;
+  private readonly surface: MapCanvas;
   private readonly still = document.createElement("canvas");
-  private palette = readPalette();
   private isStillStale = true;
-  private isStale = true;
   /** The window fits the house until the user moves it; then it stays where the user put it. */
   private isFitted = true;
   private missionName = "";
@@ -53,10 +49,20 @@ export class MapView {
     private readonly store: Store,
     private readonly events: MapEvents,
   ) {
-    const context = this.canvas.getContext("2d");
-    if (!context) throw new Error("this browser has no canvas 2-D context");
-    this.context = context;
-    holder.append(this.canvas);
+    this.surface = new MapCanvas(holder, "map-canvas", "Map of the house. Arrow keys pan or move the tool, plus and minus zoom, Enter uses the tool.", {
+      draw: (now_ms) => this.draw(now_ms),
+      changed: () => this.resized(),
+      press: (at_px) => this.tools.press(at_px),
+      drag: (at_px) => this.tools.drag(at_px),
+      release: () => this.tools.release(),
+      cancel: () => this.tools.cancel(),
+      click: (at_px) => this.tools.click(at_px),
+      hover: (at_px) => this.tools.hover(at_px),
+      moved: () => {
+        this.setFollow(false);
+        this.cameraMoved();
+      },
+    });
     this.tools = new Tools(store, this.camera, {
       send: (message) => events.send(message),
       say: (text) => events.say(text),
@@ -70,37 +76,30 @@ export class MapView {
         events.viewChanged();
       },
     });
-    attachGestures(this.canvas, this.camera, {
-      press: (at_px) => this.tools.press(at_px),
-      drag: (at_px) => this.tools.drag(at_px),
-      release: () => this.tools.release(),
-      cancel: () => this.tools.cancel(),
-      click: (at_px) => this.tools.click(at_px),
-      hover: (at_px) => this.tools.hover(at_px),
-      moved: () => {
-        this.setFollow(false);
-        this.cameraMoved();
-      },
-    });
-    new ResizeObserver(() => this.resize()).observe(holder);
-    onThemeChange(() => this.restyle());
     store.on("hello", () => this.onHello());
     store.on("state", () => this.invalidate());
     store.on("reset", () => this.invalidate());
-    const frame = (now_ms: number): void => {
-      this.frame(now_ms);
-      requestAnimationFrame(frame);
-    };
-    requestAnimationFrame(frame);
+  }
+
+  get canvas(): HTMLCanvasElement {
+    return this.surface.canvas;
+  }
+
+  get camera(): Camera {
+    return this.surface.camera;
+  }
+
+  get n_frames(): number {
+    return this.surface.n_frames;
   }
 
   invalidate(): void {
-    this.isStale = true;
+    this.surface.invalidate();
   }
 
   sceneChanged(): void {
     this.isStillStale = true;
-    this.isStale = true;
+    this.invalidate();
   }
 
   fit(): void {
@@ -139,48 +138,35 @@ export class MapView {
   }
 
   private onHello(): void {
-    const field = this.store.hello?.pheromones ?? null;
-    this.field = field && paintField(field, this.palette);
+    this.layers.offer(this.store.hello?.layers ?? []);
+    this.paintField();
     const name = this.store.hello?.mission.name ?? "";
     if (this.isFitted || name !== this.missionName) this.fit();
     this.missionName = name;
     this.sceneChanged();
   }
 
-  private restyle(): void {
-    this.palette = readPalette();
+  private paintField(): void {
     const field = this.store.hello?.pheromones ?? null;
-    this.field = field && paintField(field, this.palette);
-    this.sceneChanged();
+    this.field = field && paintField(field, this.surface.palette);
   }
 
-  private resize(): void {
-    const box = this.canvas.getBoundingClientRect();
-    const density = window.devicePixelRatio || 1;
-    this.camera.width_px = Math.max(1, box.width);
-    this.camera.height_px = Math.max(1, box.height);
-    for (const canvas of [this.canvas, this.still]) {
-      canvas.width = Math.round(box.width * density);
-      canvas.height = Math.round(box.height * density);
-    }
+  /** Another size, or other colours. */
+  private resized(): void {
+    this.paintField();
+    this.still.width = this.canvas.width;
+    this.still.height = this.canvas.height;
     if (this.isFitted) this.fit();
     this.tools.cameraMoved();
     this.sceneChanged();
-    this.draw(performance.now());
     this.events.viewChanged();
   }
 
-  private frame(now_ms: number): void {
-    if (this.isStale) this.draw(now_ms);
-  }
-
-  private draw(now_ms: number): void {
+  /** True while the picture is still on its way to the latest state. */
+  private draw(now_ms: number): boolean {
     const { hello, latest, previous } = this.store;
-    if (!hello) return;
+    if (!hello) return false;
     const factor = latest ? blendFactor(previous, latest, now_ms) : 1;
-    // Keep drawing while the picture is still on its way to the latest state.
-    this.isStale = factor < 1;
-    this.n_frames += 1;
     const robots = this.robotsNow(factor);
     if (this.follow && robots[0]) {
       this.camera.centre_m = [robots[0].truth[0], robots[0].truth[1]];
@@ -189,28 +175,29 @@ export class MapView {
       this.events.viewChanged();
     }
     if (this.isStillStale) this.drawStill();
-    const pen = this.pen(this.context);
-    this.context.setTransform(1, 0, 0, 1, 0, 0);
-    this.context.drawImage(this.still, 0, 0);
-    this.scale(this.context);
-    this.drawMoving(pen, robots, factor);
+    const { context } = this.surface;
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.drawImage(this.still, 0, 0);
+    this.drawMoving(this.surface.pen(), robots, factor);
+    return factor < 1;
   }
 
   private drawMoving(pen: Pen, robots: RobotNow[], factor: number): void {
     const { hello, state, previous } = this.store;
     if (!hello) return;
     const { layers } = this;
-    if (layers.zones) drawZones(pen, hello.world.devices, state);
+    if (layers.has("zones")) drawZones(pen, hello.world.devices, state);
     for (const robot of robots) {
       const trails = this.store.trails.get(robot.info.id);
-      if (layers.trail && trails) drawTrail(pen, trails.truth, state?.t_s ?? 0, robot.truth);
+      if (layers.has("trail") && trails) drawTrail(pen, trails.truth, state?.t_s ?? 0, robot.truth);
     }
     if (hello.crowd && state?.crowd) drawCrowd(pen, hello.crowd, state.crowd, previous?.state.crowd, factor);
     for (const robot of robots) drawSensing(pen, robot, layers);
-    for (const thing of state?.things ?? []) drawThing(pen, thing, layers.names);
+    if (layers.has("contacts")) drawContacts(pen, this.store.contacts, this.store.until_s);
+    for (const thing of state?.things ?? []) drawThing(pen, thing, layers.has("names"));
     for (const robot of robots) drawIntentions(pen, robot, layers);
     drawDevices(pen, hello.world.devices, state, this.tools.hoveredDevice);
-    for (const person of state?.people ?? []) drawPerson(pen, personNow(person, previous?.state.people, factor), layers.names);
+    for (const person of state?.people ?? []) drawPerson(pen, personNow(person, previous?.state.people, factor), layers.has("names"));
     for (const robot of robots) drawRobot(pen, robot, hello, layers);
     this.tools.draw(pen);
   }
@@ -220,8 +207,7 @@ export class MapView {
     const hello = this.store.hello;
     if (!context || !hello) return;
     this.isStillStale = false;
-    this.scale(context);
-    drawScene(this.pen(context), hello, this.layers, this.field);
+    drawScene(this.surface.pen(context), hello, this.layers, this.field);
   }
 
   private robotsNow(factor: number): RobotNow[] {
@@ -235,15 +221,6 @@ export class MapView {
       robots.push({ info, state: now, truth, estimate: blendPose(before?.estimate, now.estimate, factor) });
     }
     return robots;
-  }
-
-  private scale(context: CanvasRenderingContext2D): void {
-    const density = this.canvas.width / this.camera.width_px;
-    context.setTransform(density, 0, 0, density, 0, 0);
-  }
-
-  private pen(context: CanvasRenderingContext2D): Pen {
-    return { context, camera: this.camera, palette: this.palette };
   }
 }
 

@@ -5,7 +5,7 @@ import { token } from "../theme";
 const NAMES = [
   "void", "floor", "grid", "wall", "thing", "thing-line", "thing-text", "box", "box-line", "room", "device", "device-on",
   "zone", "zone-on", "person", "robot", "robot-line", "estimate", "trail", "plan", "preview", "goal", "target",
-  "sonar-hit", "sonar-none", "bubble",
+  "sonar-hit", "sonar-none", "bubble", "laser", "tag",
 ] as const;
 
 type ColourName = (typeof NAMES)[number];

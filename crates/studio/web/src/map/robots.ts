@@ -2,6 +2,7 @@
 
 import type { Hello, Point, Pose, RobotInfo, RobotState } from "../protocol";
 import type { Trail } from "../trail";
+import { drawScan } from "./lasers";
 import type { Layers } from "./layers";
 import { compose, label, type Pen, traceArc, traceCircle, tracePolygon, traceSector } from "./pen";
 
@@ -34,7 +35,9 @@ export function drawTrail({ context, camera, palette }: Pen, trail: Trail, now_s
     if (open) context.stroke();
     open = false;
   };
-  trail.points.forEach((point, index) => {
+  // What is looked back on ends at its time.
+  const last = trail.points.findLastIndex((point) => point.t_s <= now_s + 1e-6);
+  trail.points.slice(0, last + 1).forEach((point, index) => {
     const age = Math.min(1, (now_s - point.t_s) / TRAIL_FADE_S);
     const next = Math.floor(age * 12);
     const [x, y] = camera.toScreen(point.x_m, point.y_m);
@@ -58,12 +61,26 @@ export function drawTrail({ context, camera, palette }: Pen, trail: Trail, now_s
 /** Cones and bubble lie under the bodies. */
 export function drawSensing(pen: Pen, { info, state, truth }: RobotNow, layers: Layers): void {
   const { context, palette } = pen;
+  if (layers.has("laser")) {
+    for (const scan of state.scans ?? []) {
+      const scanner = info.scanners?.[scan[0]];
+      if (scanner) drawScan(pen, scanner, scan);
+    }
+  }
+  if (layers.has("tags")) {
+    context.strokeStyle = palette.colour.tag;
+    context.lineWidth = 1.25;
+    for (const reader of info.tag_readers_m ?? []) {
+      traceCircle(pen, compose(truth, reader), info.tag_range_m ?? 0);
+      context.stroke();
+    }
+  }
   info.sonars.forEach((sonar, index) => {
     const apex = compose(truth, sonar.at);
     const range_m = state.sonar_m[index];
     const limit_m = state.bubble_m[index];
     const inside = range_m !== undefined && limit_m !== undefined && range_m <= limit_m;
-    if (layers.sonar && range_m !== undefined) {
+    if (layers.has("sonar") && range_m !== undefined) {
       const hit = range_m < sonar.range_max_m - NO_ECHO_MARGIN_M;
       traceSector(pen, apex, sonar.half_angle_rad, range_m);
       context.fillStyle = hit ? palette.colour["sonar-hit"] : palette.colour["sonar-none"];
@@ -83,7 +100,7 @@ export function drawSensing(pen: Pen, { info, state, truth }: RobotNow, layers: 
       context.setLineDash([]);
       context.globalAlpha = 1;
     }
-    if (layers.bubble && limit_m !== undefined && limit_m > 0) {
+    if (layers.has("bubble") && limit_m !== undefined && limit_m > 0) {
       traceSector(pen, apex, sonar.half_angle_rad, limit_m);
       context.fillStyle = palette.colour.bubble;
       context.globalAlpha = inside ? 0.5 : 0.1;
@@ -101,7 +118,7 @@ export function drawSensing(pen: Pen, { info, state, truth }: RobotNow, layers: 
 export function drawIntentions(pen: Pen, robot: RobotNow, layers: Layers): void {
   const { context, camera, palette } = pen;
   const { state } = robot;
-  if (layers.preview && state.preview_m.length > 0) {
+  if (layers.has("preview") && state.preview_m.length > 0) {
     tracePolygon(pen, state.preview_m, false);
     context.strokeStyle = palette.colour.preview;
     context.lineWidth = 2;
@@ -197,7 +214,7 @@ export function drawRobot(pen: Pen, robot: RobotNow, hello: Hello, layers: Layer
   context.fillStyle = palette.colour["robot-line"];
   drawHeading(pen, truth, info);
 
-  if (layers.estimate) {
+  if (layers.has("estimate")) {
     body(estimate);
     context.strokeStyle = palette.colour.estimate;
     context.lineWidth = 1.75;
@@ -206,7 +223,7 @@ export function drawRobot(pen: Pen, robot: RobotNow, hello: Hello, layers: Layer
     context.setLineDash([]);
     drawEllipse(pen, estimate, state.ellipse);
   }
-  if (layers.pheromones && hello.pheromones && state.intensities) drawAntennas(pen, estimate, hello.pheromones.antenna_spacing_m, state.intensities);
+  if (layers.has("pheromones") && hello.pheromones && state.intensities) drawAntennas(pen, estimate, hello.pheromones.antenna_spacing_m, state.intensities);
   if (hello.robots.length > 1) {
     const [x, y] = camera.toScreen(truth[0], truth[1]);
     label(pen, info.name, [x, y - 0.4 * camera.scale_pxpm - 8], { colour: palette.ink, size_px: 12, weight: 600 });

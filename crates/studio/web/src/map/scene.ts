@@ -3,18 +3,20 @@
 import type { Hello, Thing } from "../protocol";
 import type { FieldImage } from "./field";
 import type { Layers } from "./layers";
+import { drawTags } from "./marks";
 import { centroid, label, type Pen, tracePolygon } from "./pen";
 
 /** Side of the square that stands for one scanned point. */
 const POINT_M = 0.05;
 
 export function drawScene(pen: Pen, hello: Hello, layers: Layers, field: FieldImage | null): void {
-  drawFloor(pen, hello, layers.grid);
-  if (layers.pheromones && hello.pheromones && field) drawField(pen, hello.pheromones, field);
-  for (const thing of hello.world.things) drawThing(pen, thing, layers.names);
+  drawFloor(pen, hello, layers.has("grid"));
+  if (layers.has("pheromones") && hello.pheromones && field) drawField(pen, hello.pheromones, field);
+  if (layers.has("tags") && hello.tags) drawTags(pen, hello.tags);
+  for (const thing of hello.world.things) drawThing(pen, thing, layers.has("names"));
   drawWalls(pen, hello);
-  if (layers.names) drawRooms(pen, hello);
-  if (layers.plan) drawPlan(pen, hello);
+  if (layers.has("names")) drawRooms(pen, hello);
+  if (layers.has("plan")) drawPlan(pen, hello);
 }
 
 function drawFloor({ context, camera, palette }: Pen, hello: Hello, withGrid: boolean): void {

@@ -205,6 +205,7 @@ export class Tools {
   }
 
   private refusal(): string {
+    if (this.store.past) return "This is the past: it can be watched, not changed. Press Now to come back.";
     if (this.store.hello?.mission.kind === "replay") return "This is a recording: it can be watched, not changed.";
     return "No connection to the program at the moment.";
   }

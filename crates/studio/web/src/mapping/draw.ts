@@ -1,16 +1,11 @@
 // Draws what lies over the map: tracks, pose graph, short-term map, scan and robot.
 
-import type { Camera } from "../map/camera";
-import type { Palette } from "../map/palette";
+import type { Pen } from "../map/pen";
 import type { Pose } from "../protocol";
 import type { Board, TrackLine } from "./board";
 import type { RunState } from "./protocol";
 
-export interface Brush {
-  context: CanvasRenderingContext2D;
-  camera: Camera;
-  palette: Palette;
-}
+type Brush = Pen;
 
 const ROBOT_RADIUS_M = 0.2;
 const ROBOT_RADIUS_MIN_PX = 7;

@@ -1,6 +1,6 @@
 // The panel about the file: what it is, and what was wrong in it with line numbers and what was done.
 
-import { h } from "../dom";
+import { h, setText } from "../dom";
 import { clock } from "../format";
 import { emptyState } from "../panels/empty";
 import type { Store } from "./store";
@@ -10,8 +10,10 @@ export class LogPanel {
   private readonly empty = emptyState("No recording yet", "What was wrong in a log, at which line, and what was done about it, stands here.");
   private readonly body = h("div", { class: "file-log-body", hidden: true });
 
-  /** `count` is told how many complaints there are. */
-  constructor(private readonly store: Store, private readonly count: (n: number) => void) {
+  /** How many complaints there are. */
+  readonly count = h("span", { class: "tab-count", hidden: true });
+
+  constructor(private readonly store: Store) {
     this.element.append(this.empty, this.body);
     store.on("source", () => this.refresh());
   }
@@ -20,7 +22,9 @@ export class LogPanel {
     const info = this.store.source?.recording;
     this.empty.hidden = info != null;
     this.body.hidden = info == null;
-    this.count(info?.n_complaints ?? 0);
+    const n_complaints = info?.n_complaints ?? 0;
+    this.count.hidden = n_complaints === 0;
+    setText(this.count, String(n_complaints));
     if (!info) return;
     const fact = (name: string, text: string): HTMLElement => h("div", {}, h("dt", {}, name), h("dd", {}, text));
     this.body.replaceChildren(

@@ -180,31 +180,3 @@ function fileField(name: string, title: string, about: string, required: boolean
 function listed(words: readonly string[]): string {
   return words.length < 2 ? words.join("") : `${words.slice(0, -1).join(", ")} or ${words.at(-1)}`;
 }
-
-/** Over the map when the program is gone: says so, and when it is tried again. */
-export class LostNotice {
-  private readonly text = h("span");
-  private readonly element = h("div", { class: "float notice", role: "alert", hidden: true }, this.text);
-
-  constructor(view: HTMLElement, private readonly store: Store, protocol: number, retry: () => void) {
-    this.element.append(h("button", { class: "button small", type: "button", onclick: retry }, "Try now"));
-    view.append(this.element);
-    const refresh = (): void => this.refresh(protocol);
-    store.on("connection", refresh);
-    store.on("hello", refresh);
-    window.setInterval(refresh, 500);
-  }
-
-  private refresh(protocol: number): void {
-    const { connection, hello } = this.store;
-    if (connection.phase === "open") {
-      const foreign = hello !== null && hello.protocol !== protocol;
-      this.element.hidden = !foreign;
-      if (foreign) setText(this.text, `The program speaks protocol ${hello.protocol}, this page ${protocol}: reload the page.`);
-    } else if (connection.phase === "lost") {
-      this.element.hidden = false;
-      const wait_s = Math.ceil((connection.retry_at_ms - performance.now()) / 1000);
-      setText(this.text, wait_s > 1 ? `Connection lost, trying again in ${wait_s} s` : "Connection lost, trying again…");
-    }
-  }
-}

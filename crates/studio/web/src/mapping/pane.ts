@@ -1,12 +1,11 @@
 // One run's map on a canvas: draws the board when it changed, pans, zooms, follows.
 
 import { h, setText } from "../dom";
-import { Camera } from "../map/camera";
-import { attachGestures } from "../map/gestures";
-import { readPalette } from "../map/palette";
+import type { Camera } from "../map/camera";
+import { MapCanvas } from "../map/canvas";
+import type { Layers } from "../map/layers";
 import { token } from "../theme";
 import { drawGraph, drawGrid, drawPatch, drawRobots, drawScan, drawTrack } from "./draw";
-import type { Layers } from "./layers";
 import { SLOT_NAMES, type Slot } from "./protocol";
 import type { Store } from "./store";
 
@@ -17,30 +16,24 @@ export interface PaneEvents {
   moved(pane: Pane): void;
   /** Where the pointer is, or null. */
   hover(at_m: [number, number] | null, cell: number): void;
+  /** It has another size, or colours are others. */
+  resized(pane: Pane): void;
 }
 
 export class Pane {
-  readonly element: HTMLElement;
-  readonly canvas: HTMLCanvasElement;
-  readonly camera = new Camera();
-  n_frames = 0;
-  private readonly context: CanvasRenderingContext2D;
+  readonly element = h("div", { class: "pane" });
+  private readonly surface: MapCanvas;
   private readonly badge = h("p", { class: "run-badge", hidden: true });
-  private palette = readPalette();
-  private isStale = true;
 
   constructor(readonly slot: Slot, private readonly store: Store, private readonly layers: Layers, events: PaneEvents) {
     const name = SLOT_NAMES[slot];
-    this.canvas = h("canvas", {
-      id: `map-canvas-${name.toLowerCase()}`, tabindex: 0, role: "application", "aria-roledescription": "map",
-      "aria-label": `Map of run ${name}. Arrow keys pan, plus and minus zoom, F fits.`,
-    });
-    const context = this.canvas.getContext("2d");
-    if (!context) throw new Error("this browser has no canvas 2-D context");
-    this.context = context;
-    this.camera.scale_min_pxpm = 0.5;
-    this.element = h("div", { class: "pane" }, this.canvas, this.badge);
-    attachGestures(this.canvas, this.camera, {
+    this.element.append(this.badge);
+    this.surface = new MapCanvas(this.element, `map-canvas-${name.toLowerCase()}`, `Map of run ${name}. Arrow keys pan, plus and minus zoom, F fits.`, {
+      draw: () => {
+        this.draw();
+        return false;
+      },
+      changed: () => events.resized(this),
       press: () => false,
       drag: () => {},
       release: () => {},
@@ -55,6 +48,7 @@ export class Pane {
         events.moved(this);
       },
     });
+    this.camera.scale_min_pxpm = 0.5;
     store.on("board", (changed) => {
       if (changed === slot) this.invalidate();
     });
@@ -64,23 +58,20 @@ export class Pane {
     });
   }
 
+  get canvas(): HTMLCanvasElement {
+    return this.surface.canvas;
+  }
+
+  get camera(): Camera {
+    return this.surface.camera;
+  }
+
+  get n_frames(): number {
+    return this.surface.n_frames;
+  }
+
   invalidate(): void {
-    this.isStale = true;
-  }
-
-  restyle(): void {
-    this.palette = readPalette();
-    this.invalidate();
-  }
-
-  resize(): void {
-    const box = this.element.getBoundingClientRect();
-    const density = window.devicePixelRatio || 1;
-    this.camera.width_px = Math.max(1, box.width);
-    this.camera.height_px = Math.max(1, box.height);
-    this.canvas.width = Math.round(this.camera.width_px * density);
-    this.canvas.height = Math.round(this.camera.height_px * density);
-    this.invalidate();
+    this.surface.invalidate();
   }
 
   fit(bounds_m: [number, number, number, number]): void {
@@ -95,34 +86,26 @@ export class Pane {
     this.invalidate();
   }
 
-  frame(): void {
-    if (!this.isStale || this.element.hidden) return;
-    this.isStale = false;
-    this.n_frames += 1;
-    this.draw();
-  }
-
   private draw(): void {
-    const { context, camera, layers, palette } = this;
-    const density = this.canvas.width / camera.width_px;
-    context.setTransform(density, 0, 0, density, 0, 0);
+    const { layers } = this;
+    const brush = this.surface.pen();
+    const { context, camera, palette } = brush;
     context.fillStyle = token("--cell-unknown");
     context.fillRect(0, 0, camera.width_px, camera.height_px);
     const board = this.store.boards[this.slot];
     const run = this.store.state?.runs[this.slot];
     if (!board || !run) return;
-    const brush = { context, camera, palette };
-    if (layers.map) board.drawMap(context, (x_m, y_m) => camera.toScreen(x_m, y_m), camera.scale_pxpm);
-    if (layers.grid) drawGrid(brush, token("--map-grid-strong"));
+    if (layers.has("map")) board.drawMap(context, (x_m, y_m) => camera.toScreen(x_m, y_m), camera.scale_pxpm);
+    if (layers.has("grid")) drawGrid(brush, token("--map-grid-strong"));
     const [odometry, corrected, truth] = board.tracks;
-    if (layers.patch) drawPatch(brush, board, `rgb(${token("--patch-cell")})`);
-    if (layers.graph || layers.closures) drawGraph(brush, board, layers);
-    if (layers.odometry) drawTrack(brush, odometry, { colour: palette.colour.estimate, width_px: 1.6, dash: [6, 4] });
-    if (layers.truth) drawTrack(brush, truth, { colour: palette.colour.goal, width_px: 1.8 });
-    if (layers.corrected) drawTrack(brush, corrected, { colour: palette.colour.trail, width_px: 2 });
+    if (layers.has("patch")) drawPatch(brush, board, `rgb(${token("--patch-cell")})`);
+    if (layers.has("graph") || layers.has("closures")) drawGraph(brush, board, { graph: layers.has("graph"), closures: layers.has("closures") });
+    if (layers.has("odometry")) drawTrack(brush, odometry, { colour: palette.colour.estimate, width_px: 1.6, dash: [6, 4] });
+    if (layers.has("truth")) drawTrack(brush, truth, { colour: palette.colour.goal, width_px: 1.8 });
+    if (layers.has("corrected")) drawTrack(brush, corrected, { colour: palette.colour.trail, width_px: 2 });
     const isUnderWay = run.phase === "under way" && run.scan > 0;
-    if (layers.scan && isUnderWay) drawScan(brush, board);
-    drawRobots(brush, run, layers.odometry && isUnderWay);
+    if (layers.has("scan") && isUnderWay) drawScan(brush, board);
+    drawRobots(brush, run, layers.has("odometry") && isUnderWay);
   }
 
   private showBadge(): void {

@@ -1,8 +1,9 @@
-// The messages of the mapping page, version 1: JSON below; binary ones are read in decode.ts.
+// The messages of the mapping page, version 2: JSON below; binary ones are read in decode.ts.
 
+import type { Offer } from "../offer";
 import type { Pose } from "../protocol";
 
-export const MAPPING_PROTOCOL = 1;
+export const MAPPING_PROTOCOL = 2;
 
 /** 0 is run A, 1 is run B. */
 export type Slot = 0 | 1;
@@ -63,7 +64,7 @@ export interface Parameter {
 }
 
 /** What is being mapped; sent when it changes. */
-export interface Source {
+export interface Source extends Offer {
   type: "source";
   phase: "empty" | "reading" | "ready";
   name: string;

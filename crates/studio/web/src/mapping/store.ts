@@ -1,46 +1,36 @@
 // What the mapping page knows: greeting, source, state, a board and a registration for each run; and who listens.
 
-import type { ConnectionState } from "../connection";
+import { type SessionEvents, SessionStore } from "../emitter";
 import { Board, type Ramp } from "./board";
 import { decode } from "./decode";
 import { type Hello, parseMessage, type Registration, type RunState, type Slot, type Source, type State } from "./protocol";
 
-interface StoreEvents {
+interface StoreEvents extends SessionEvents {
   hello: Hello;
   source: Source;
   state: State;
   /** A picture changed in this slot. */
   board: Slot;
   registration: Slot;
-  error: string;
-  connection: ConnectionState;
 }
-
-type Listener<K extends keyof StoreEvents> = (value: StoreEvents[K]) => void;
 
 /** Registrations that are remembered for each run. */
 const N_REGISTRATIONS_MAX = 200;
 
-export class Store {
+export class Store extends SessionStore<StoreEvents> {
   hello: Hello | null = null;
   source: Source | null = null;
   state: State | null = null;
-  connection: ConnectionState = { phase: "connecting" };
   readonly boards: [Board | null, Board | null] = [null, null];
   /** The newest last. */
   readonly registrations: [Registration[], Registration[]] = [[], []];
-  private readonly listeners: { [K in keyof StoreEvents]: Listener<K>[] } = {
-    hello: [], source: [], state: [], board: [], registration: [], error: [], connection: [],
-  };
 
-  constructor(private ramp: Ramp, private patchRamp: Ramp) {}
-
-  on<K extends keyof StoreEvents>(event: K, listener: Listener<K>): void {
-    this.listeners[event].push(listener);
+  constructor(private ramp: Ramp, private patchRamp: Ramp) {
+    super();
   }
 
-  get isOpen(): boolean {
-    return this.connection.phase === "open";
+  override get greeting(): Hello | null {
+    return this.hello;
   }
 
   /** The run that plays: B when two are compared. */
@@ -53,11 +43,6 @@ export class Store {
     this.patchRamp = patchRamp;
     for (const board of this.boards) board?.restyle(ramp, patchRamp);
     for (const slot of [0, 1] as const) this.emit("board", slot);
-  }
-
-  setConnection(connection: ConnectionState): void {
-    this.connection = connection;
-    this.emit("connection", connection);
   }
 
   acceptText(text: string): void {
@@ -131,9 +116,5 @@ export class Store {
       this.boards[slot] = null;
       this.registrations[slot] = [];
     }
-  }
-
-  private emit<K extends keyof StoreEvents>(event: K, value: StoreEvents[K]): void {
-    for (const listener of this.listeners[event]) listener(value);
   }
 }

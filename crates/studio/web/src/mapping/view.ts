@@ -1,36 +1,28 @@
 // The map side of the page: one pane, or two side by side with the same window, and the controls that float on them.
 
-import { h, setText } from "../dom";
-import { coordinate } from "../format";
-import { icon, type IconName } from "../icons";
-import { scaleBar } from "../map/camera";
+import { h } from "../dom";
+import { Layers } from "../map/layers";
+import { ViewTools } from "../map/view_tools";
 import { onThemeChange } from "../theme";
-import { layersMenu, rememberedLayers } from "./layers";
 import { Pane } from "./pane";
 import { mapRamp, patchRamp } from "./ramp";
 import type { Store } from "./store";
 
-const SCALE_BAR_MAX_PX = 110;
 /** The window of a growing map is fitted again when the map outgrows it by so much. */
 const FIT_SLACK_RATIO = 1.08;
 
 export class View {
-  readonly element = h("div", { class: "map-view" });
-  readonly layers = rememberedLayers();
+  readonly layers: Layers = new Layers("mapping.", () => this.panes?.forEach((pane) => pane.invalidate()));
   readonly panes: readonly [Pane, Pane];
+  readonly foot: HTMLElement;
   follow = false;
   private readonly holder = h("div", { class: "panes" });
-  private readonly menu: HTMLElement;
-  private readonly layersButton: HTMLButtonElement;
-  private readonly followButton: HTMLButtonElement;
-  private readonly scale = h("div", { class: "bar" });
-  private readonly scaleLabel = h("span");
-  private readonly at = h("span", { class: "readout at", hidden: true });
+  private readonly tools: ViewTools;
   /** The window fits the map until the user moves it. */
   private isFitted = true;
-  private fitted_m: [number, number, number, number] | null = null;
+  private fitted_m: Bounds | null = null;
 
-  constructor(private readonly store: Store) {
+  constructor(element: HTMLElement, private readonly store: Store) {
     const events = {
       moved: (pane: Pane): void => {
         this.isFitted = false;
@@ -38,45 +30,21 @@ export class View {
         this.windowChanged(pane);
       },
       hover: (at_m: [number, number] | null, cell: number): void => this.showPointer(at_m, cell),
+      resized: (): void => this.resized(),
     };
     this.panes = [new Pane(0, store, this.layers, events), new Pane(1, store, this.layers, events)];
     this.panes[1].element.hidden = true;
     this.holder.append(this.panes[0].element, this.panes[1].element);
-    this.menu = layersMenu(this.layers, () => this.panes.forEach((pane) => pane.invalidate()));
-    this.followButton = this.viewButton("follow", "Follow the robot (C)", () => this.setFollow(!this.follow));
-    this.followButton.setAttribute("aria-pressed", "false");
-    this.layersButton = this.viewButton("layers", "Layers (L)", () => this.toggleLayers());
-    this.layersButton.setAttribute("aria-expanded", "false");
-    this.layersButton.setAttribute("aria-controls", "layers-menu");
-    this.element.append(
-      this.holder,
-      h("div", { class: "readouts" }, h("div", { class: "readout" }, h("div", { class: "scale" }, this.scaleLabel, this.scale), legend()), this.at),
-      h("div", { class: "float view-tools", role: "toolbar", "aria-label": "View" },
-        this.viewButton("minus", "Zoom out (−)", () => this.zoom(1 / 1.3)),
-        this.viewButton("plus", "Zoom in (+)", () => this.zoom(1.3)),
-        this.viewButton("fit", "Fit the map (F)", () => this.fit()),
-        this.followButton, this.layersButton),
-      this.menu,
-    );
-    document.addEventListener("pointerdown", (event) => {
-      const inside = event.target instanceof Element && event.target.closest("#layers-menu, [aria-controls=layers-menu]");
-      if (!inside && !this.menu.hidden) this.toggleLayers();
-    });
-    new ResizeObserver(() => this.resize()).observe(this.holder);
-    onThemeChange(() => {
-      store.restyle(mapRamp(), patchRamp());
-      for (const pane of this.panes) pane.restyle();
-    });
+    this.tools = new ViewTools("map", { zoom: (factor) => this.zoom(factor), fit: () => this.fit(), toggleFollow: () => this.setFollow(!this.follow) }, this.layers);
+    this.foot = h("div", { class: "map-foot" }, h("div", { class: "readout" }, this.tools.scale, legend()), this.tools.buttons);
+    element.append(this.holder, this.layers.menu);
+    onThemeChange(() => store.restyle(mapRamp(), patchRamp()));
     store.on("source", () => {
+      this.layers.offer(store.source?.layers ?? []);
       if (store.source?.phase === "ready" && store.state?.runs.length === 1) this.isFitted = true;
     });
     store.on("state", () => this.onState());
     store.on("board", () => this.growWindow());
-    const frame = (): void => {
-      for (const pane of this.panes) pane.frame();
-      requestAnimationFrame(frame);
-    };
-    requestAnimationFrame(frame);
   }
 
   fit(): void {
@@ -104,23 +72,17 @@ export class View {
     if (this.follow === follow) return;
     this.follow = follow;
     if (follow) this.isFitted = false;
-    this.followButton.setAttribute("aria-pressed", String(follow));
+    this.tools.showFollow(follow);
     this.onState();
   }
 
   toggleLayers(): void {
-    this.menu.hidden = !this.menu.hidden;
-    this.layersButton.setAttribute("aria-expanded", String(!this.menu.hidden));
-    if (!this.menu.hidden) this.menu.querySelector("input")?.focus();
-    else if (this.menu.contains(document.activeElement)) this.layersButton.focus();
+    this.tools.toggleLayers();
   }
 
   /** True when there was a menu to close. */
   closeMenus(): boolean {
-    if (this.menu.hidden) return false;
-    this.toggleLayers();
-    this.layersButton.focus();
-    return true;
+    return this.tools.closeMenus();
   }
 
   private onState(): void {
@@ -128,7 +90,6 @@ export class View {
     if (this.panes[1].element.hidden === isPair) {
       this.panes[1].element.hidden = !isPair;
       this.holder.classList.toggle("pair", isPair);
-      this.resize();
     }
     const pose = this.store.newest?.pose;
     if (this.follow && pose) {
@@ -137,12 +98,10 @@ export class View {
     }
   }
 
-  private resize(): void {
-    for (const pane of this.panes) if (!pane.element.hidden) pane.resize();
+  private resized(): void {
     this.fitted_m = null;
     if (this.isFitted) this.growWindow();
     else this.windowChanged(this.panes[0]);
-    for (const pane of this.panes) pane.frame();
   }
 
   /** Fits the window to both maps, when they have outgrown it or it is not fitted yet. */
@@ -158,20 +117,12 @@ export class View {
   private windowChanged(by: Pane): void {
     for (const pane of this.panes) if (pane !== by) pane.copyWindow(by);
     by.invalidate();
-    const { label, length_px } = scaleBar(by.camera.scale_pxpm, SCALE_BAR_MAX_PX);
-    this.scale.style.width = `${length_px.toFixed(1)}px`;
-    setText(this.scaleLabel, label);
+    this.tools.showScale(by.camera.scale_pxpm);
   }
 
   private showPointer(at_m: [number, number] | null, cell: number): void {
-    this.at.hidden = at_m === null || this.store.state === null;
-    if (!at_m) return;
     const what = cell === 0 ? "unknown" : `${Math.round(((cell - 1) / 254) * 100)} % occupied`;
-    setText(this.at, `${coordinate(at_m[0])}, ${coordinate(at_m[1])} m · ${what}`);
-  }
-
-  private viewButton(name: IconName, title: string, act: () => void): HTMLButtonElement {
-    return h("button", { class: "button square", type: "button", "aria-label": title.replace(/ \(.*\)$/, ""), title, onclick: act }, icon(name));
+    this.tools.showPlace(this.store.state === null ? null : at_m, what);
   }
 }
 

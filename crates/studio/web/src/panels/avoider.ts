@@ -64,7 +64,8 @@ export class AvoiderPanel {
     edges.get(edgeKey(this.state, state))?.classList.add("taken");
     this.diagram.element.setAttribute("aria-label", state < 0 ? "Nine-state avoider" : `Nine-state avoider, now in state ${state}, ${STATE_NAMES[state] ?? ""}`);
     this.state = state;
-    if (state >= 0) this.note(state, t_s);
+    // What is looked back on was noted when it happened.
+    if (state >= 0 && !this.store.past) this.note(state, t_s);
     this.showHistory();
   }
 

@@ -3,15 +3,13 @@
 import { h, setText } from "../dom";
 import { clock, figure } from "../format";
 import { icon } from "../icons";
+import type { SignalInfo } from "../offer";
 import type { LogItem, LogLevel, RobotState } from "../protocol";
 import type { Store } from "../state";
 import { emptyState } from "./empty";
 
 const LEVEL_ICONS = { info: null, warn: "stop", good: "check", bad: "cross" } as const;
 const LEVEL_WORDS: Record<LogLevel, string> = { info: "", warn: "Warning: ", good: "Success: ", bad: "Failure: " };
-
-/** Of a robot elsewhere only what it reports is known. */
-const NOT_KNOWN_ELSEWHERE: ReadonlySet<string> = new Set(["clearance_min_m", "collisions", "cross_track_rms_m", "cross_track_max_m"]);
 
 export class FiguresPanel {
   readonly element = h("div", { class: "figures-log" });
@@ -22,6 +20,7 @@ export class FiguresPanel {
   private readonly emptyLog = emptyState("Nothing has happened yet", "Press Play; what matters is written down here.");
   /** Whether the newest entry is kept in sight; not while somebody reads further up. */
   private isFollowing = true;
+  private until_s = Infinity;
   private alarm = h("p", { class: "alarm", role: "status" });
 
   constructor(private readonly store: Store) {
@@ -46,44 +45,52 @@ export class FiguresPanel {
   }
 
   private onState(): void {
-    const { state } = this.store;
-    if (!state) return;
-    const isElsewhere = this.store.hello?.robots[0]?.is_elsewhere ?? false;
-    for (const [name, value] of Object.entries(state.figures)) this.set(this.figures, name, value, isElsewhere && NOT_KNOWN_ELSEWHERE.has(name));
+    const { state, hello } = this.store;
+    if (!state || !hello) return;
+    const isElsewhere = hello.robots[0]?.is_elsewhere ?? false;
+    this.showAll(this.figures, hello.run_signals, state.signals, isElsewhere);
     const robot = state.robots[0];
-    if (robot) this.showRobot(robot, isElsewhere);
+    if (robot) this.showAll(this.robot, hello.robot_signals, robot.signals, isElsewhere);
+    if (robot) this.alert(robot);
+    this.showLogUntil(this.store.until_s);
   }
 
-  private showRobot(robot: RobotState, isElsewhere: boolean): void {
-    const error_m = Math.hypot(robot.truth[0] - robot.estimate[0], robot.truth[1] - robot.estimate[1]);
-    this.set(this.robot, "speed_mps", (robot.wheels_mps[0] + robot.wheels_mps[1]) / 2);
-    this.set(this.robot, "position_error_m", isElsewhere ? null : error_m, isElsewhere);
-    this.set(this.robot, "clearance_m", robot.clearance_m, isElsewhere);
-    this.set(this.robot, "battery_v", robot.battery_v);
+  private alert(robot: RobotState): void {
     const name = this.store.hello?.robots.find(({ id }) => id === robot.id)?.name ?? "The robot";
     const failure = robot.failure ? `${name} gives up: ${robot.failure}` : "";
     setText(this.alarm, robot.touching ? `${name} touches something` : robot.stalled ? `${name}: wheels stalled` : failure);
   }
 
   /** What nobody can measure is told apart from what does not exist, which is a dash. */
-  private set(list: HTMLElement, name: string, raw: number | null, isUnknowable = false): void {
-    const { label, value, unit } = isUnknowable && raw === null ? { ...figure(name, raw), value: "not known" } : figure(name, raw);
-    const key = `${list === this.robot ? "robot" : "run"}.${name}`;
-    let cell = this.cells.get(key);
-    if (!cell) {
-      cell = { value: h("b", { class: "number" }), unit: h("span", { class: "unit" }) };
-      this.cells.set(key, cell);
-      list.append(h("div", { "data-figure": name }, h("dt", {}, label), h("dd", {}, cell.value, cell.unit)));
-    }
-    setText(cell.value, value);
-    setText(cell.unit, unit);
+  private showAll(list: HTMLElement, signals: readonly SignalInfo[], values: readonly (number | null)[], isElsewhere: boolean): void {
+    signals.forEach(({ id, title, is_figure, is_seen_from_outside }, index) => {
+      if (!is_figure) return;
+      const raw = values[index] ?? null;
+      const { value, unit } = isElsewhere && is_seen_from_outside && raw === null ? { value: "not known", unit: "" } : figure(id, raw);
+      let cell = this.cells.get(id);
+      if (!cell) {
+        cell = { value: h("b", { class: "number" }), unit: h("span", { class: "unit" }) };
+        this.cells.set(id, cell);
+        list.append(h("div", { "data-figure": id }, h("dt", {}, title), h("dd", {}, cell.value, cell.unit)));
+      }
+      setText(cell.value, value);
+      setText(cell.unit, unit);
+    });
+  }
+
+  /** Up to the time that is looked back on. */
+  private showLogUntil(until_s: number): void {
+    if (until_s === this.until_s) return;
+    this.until_s = until_s;
+    for (const entry of this.log.children) if (entry instanceof HTMLElement) entry.hidden = Number(entry.dataset["time"]) > until_s;
+    this.follow();
   }
 
   private append(items: readonly LogItem[]): void {
     this.emptyLog.hidden = true;
     for (const { t_s, level, text } of items) {
       const name = LEVEL_ICONS[level];
-      this.log.append(h("li", { class: level }, h("time", {}, clock(t_s)), h("span", { class: "mark" }, name ? icon(name) : null), h("span", {}, h("span", { class: "visually-hidden" }, LEVEL_WORDS[level]), text)));
+      this.log.append(h("li", { class: level, "data-time": t_s, hidden: t_s > this.until_s }, h("time", {}, clock(t_s)), h("span", { class: "mark" }, name ? icon(name) : null), h("span", {}, h("span", { class: "visually-hidden" }, LEVEL_WORDS[level]), text)));
     }
     while (this.log.children.length > 500) this.log.firstElementChild?.remove();
     this.follow();

@@ -67,7 +67,7 @@ export class SignalsPanel {
     [...edges.entries()].forEach(([name, list], row) => {
       const low = 12 + (row + 1) * ROW_PX - 6;
       const high = low - ROW_PX + 11;
-      const isHigh = list.at(-1)?.high ?? false;
+      const isHigh = (list.findLast((edge) => edge.t_s <= now_s) ?? list[0])?.high ?? false;
       context.font = `12px ${token("--mono")}`;
       context.textAlign = "right";
       context.textBaseline = "middle";
@@ -79,6 +79,7 @@ export class SignalsPanel {
       let level = before?.high ?? false;
       context.moveTo(Math.max(NAME_PX, x(before?.t_s ?? 0)), level ? high : low);
       for (const edge of list) {
+        if (edge.t_s > now_s) break;
         if (edge.t_s <= (before?.t_s ?? 0)) continue;
         const at = x(edge.t_s);
         context.lineTo(at, level ? high : low);

@@ -1,7 +1,7 @@
 // The protocol trace: the last 500 packets of every link; only the rows in sight exist as elements.
 
 import { h, setText } from "../dom";
-import type { LinkInfo, TraceItem } from "../protocol";
+import type { ClientMessage, LinkInfo, TraceItem } from "../protocol";
 import type { Store } from "../state";
 import { emptyState } from "./empty";
 
@@ -12,7 +12,7 @@ export class WirePanel {
   readonly element = h("div", { class: "wire" });
   private readonly filters = h("div", { class: "filters", role: "group", "aria-label": "Links shown" });
   private readonly pause = h("button", { class: "button small", type: "button", "aria-pressed": "false" }, "Hold");
-  private readonly count = h("span", { class: "count number" });
+  private readonly counted = h("span", { class: "count number" });
   private readonly scroll = h("div", { class: "wire-scroll", tabindex: 0, role: "table", "aria-label": "Packets" });
   private readonly spacer = h("div", { class: "wire-spacer", role: "rowgroup" });
   private readonly detail = h("div", { class: "wire-detail", hidden: true });
@@ -21,20 +21,28 @@ export class WirePanel {
   private held: TraceItem[] | null = null;
   private rows: TraceItem[] = [];
   private selected: TraceItem | null = null;
+  private readonly refreshers: (() => void)[] = [];
+  private until_s = Infinity;
   private visible = false;
   private isStale = true;
   private scheduled = false;
 
-  constructor(private readonly store: Store) {
+  constructor(private readonly store: Store, private readonly send: (message: ClientMessage) => boolean) {
     this.pause.addEventListener("click", () => this.toggleHold());
     this.scroll.addEventListener("scroll", () => this.schedule(false));
     this.scroll.append(this.spacer);
     const head = h("div", { class: "wire-row wire-head", "aria-hidden": "true" }, ...["time, s", "link", "to", "meaning", "bytes"].map((text) => h("span", {}, text)));
-    this.element.append(h("div", { class: "panel-bar" }, this.filters, this.count, this.pause), head, h("div", { class: "wire-body" }, this.scroll, this.empty), this.detail);
+    this.element.append(h("div", { class: "panel-bar" }, this.filters, this.counted, this.pause), head, h("div", { class: "wire-body" }, this.scroll, this.empty), this.detail);
     this.scroll.addEventListener("click", (event) => this.select(event.target));
     this.scroll.addEventListener("keydown", (event) => this.onKey(event));
     store.on("hello", () => this.onHello());
     store.on("trace", () => this.schedule(true));
+    store.on("state", () => {
+      for (const refresh of this.refreshers) refresh();
+      if (store.until_s === this.until_s) return;
+      this.until_s = store.until_s;
+      this.schedule(true);
+    });
     store.on("reset", () => {
       this.held = null;
       this.showHold();
@@ -50,7 +58,8 @@ export class WirePanel {
 
   private onHello(): void {
     this.filters.replaceChildren();
-    for (const link of this.store.hello?.links ?? []) this.filters.append(this.filter(link));
+    this.refreshers.length = 0;
+    for (const link of this.store.hello?.links ?? []) this.filters.append(h("span", { class: "link-chip" }, this.filter(link), this.scissors(link)));
     this.schedule(true);
   }
 
@@ -62,6 +71,28 @@ export class WirePanel {
       button.setAttribute("aria-pressed", String(!this.hidden.has(link.id)));
       this.schedule(true);
     });
+    return button;
+  }
+
+  /** Cuts a line and mends it. What is cut is said in the log; a run that begins has whole lines. */
+  private scissors(link: LinkInfo): HTMLElement | null {
+    const { robot, line } = link;
+    if (robot == null || line == null) return null;
+    const button = h("button", { class: "chip cut", type: "button", "aria-pressed": "false" }, "Cut");
+    const show = (isCut: boolean): void => {
+      button.setAttribute("aria-pressed", String(isCut));
+      setText(button, isCut ? "Mend" : "Cut");
+      button.title = `${isCut ? "Mend" : "Cut"} the line ${link.name}, both ways`;
+      button.setAttribute("aria-label", button.title);
+    };
+    show(false);
+    button.addEventListener("click", () => {
+      const cut = button.getAttribute("aria-pressed") !== "true";
+      if (this.store.canIntervene && this.send({ type: "cut", robot, line, cut })) show(cut);
+    });
+    const refresh = (): void => void (button.disabled = !this.store.canIntervene);
+    refresh();
+    this.refreshers.push(refresh);
     return button;
   }
 
@@ -92,10 +123,11 @@ export class WirePanel {
     const atEnd = scroll.scrollTop + scroll.clientHeight >= scroll.scrollHeight - ROW_PX * 1.5;
     if (this.isStale) {
       this.isStale = false;
-      const all = this.held ?? this.store.trace;
+      const until_s = this.store.until_s;
+      const all = (this.held ?? this.store.trace).filter(({ t_s }) => t_s <= until_s);
       this.rows = all.filter(({ link }) => !this.hidden.has(link));
       this.spacer.style.height = `${this.rows.length * ROW_PX}px`;
-      setText(this.count, `${this.rows.length} of the last ${all.length} packets`);
+      setText(this.counted, `${this.rows.length} of the last ${all.length} packets`);
       this.empty.hidden = this.rows.length > 0;
       if (atEnd && !this.held) scroll.scrollTop = scroll.scrollHeight;
     }

@@ -1,6 +1,7 @@
 // The mock's robot: follows the trail by pure pursuit, rebounds from obstacles, smells and hears plausibly.
 
 import { cast, distance, ROBOT, TRAIL } from "./house.mjs";
+import { OFFER, valuesOf } from "./offer.mjs";
 
 const SPEED = 0.3;
 const NAMES = ["idle", "aim at target", "rotating", "control step", "supervise", "obstacle", "rotating away", "control to detour", "supervise detour"];
@@ -179,12 +180,17 @@ export class Robot {
 
   view() {
     const estimate = this.pose.map((value, i) => value + this.drift[i]);
+    const intensities = this.intensities();
     const preview = this.phase === "follow trail" || this.phase === "avoid" ? Array.from({ length: 9 }, (_, k) => pointAt(this.s + 0.3 + k * 0.35)) : [];
     return {
       id: 0, truth: [...this.pose], estimate, ellipse: [2 * this.sigma, this.sigma, this.pose[2]], wheels_mps: [...this.wheels],
       sonar_m: this.sonar, bubble_m: this.bubble, phase: this.phase, task: this.task(), failure: this.failure, avoider: { state: this.state, name: NAMES[this.state] },
-      goal: this.goal, target: this.target, preview_m: preview, intensities: this.intensities(), cross_track_m: this.isFree ? null : this.cross,
-      stalled: false, touching: this.clearance_m <= 0, clearance_m: this.clearance_m, battery_v: 12.6 - this.path_m * 0.01,
+      goal: this.goal, target: this.target, preview_m: preview, intensities,
+      stalled: false, touching: this.clearance_m <= 0,
+      signals: valuesOf(OFFER.robot_signals, {
+        speed_mps: (this.wheels[0] + this.wheels[1]) / 2, position_error_m: Math.hypot(this.drift[0], this.drift[1]), clearance_m: this.clearance_m, battery_v: 12.6 - this.path_m * 0.01,
+        cross_track_m: this.isFree ? null : this.cross, wheel_left_mps: this.wheels[0], wheel_right_mps: this.wheels[1], intensity_left: intensities?.[0], intensity_right: intensities?.[1],
+      }),
     };
   }
 }

@@ -2,7 +2,9 @@
 
 import { Decision, functions, SOURCE } from "./decision.mjs";
 import { BOUNDS, DEVICES, distance, pheromones, ROBOT, ROOMS, segmentsOf, THINGS, TRAIL, WALLS } from "./house.mjs";
+import { OFFER, offerOf, valuesOf } from "./offer.mjs";
 import { Robot } from "./robot.mjs";
+import { SCANNER, scanAt } from "./scans.mjs";
 
 export const MISSIONS = [
   { name: "doorbell", title: "The doorbell", about: "The bell rings, nobody moves for 15 s: the robot goes to the entrance along a pheromone trail." },
@@ -12,7 +14,9 @@ const ENDS = [["navigation", "robot"], ["navigation", "server"], ["navigation", 
 const GOAL = [5, 3.5, Math.PI / 4];
 
 export class Run {
-  constructor(mission, seed, kind) {
+  /** `n_lasers` more robots stand about, each with a scanner of 361 beams. */
+  constructor(mission, seed, kind, n_lasers = 0) {
+    this.n_lasers = n_lasers;
     this.mission = MISSIONS.find(({ name }) => name === mission) ?? MISSIONS[0];
     this.seed = seed;
     this.kind = kind;
@@ -38,15 +42,16 @@ export class Run {
 
   hello() {
     return {
-      type: "hello", protocol: 1, cairn: "0.1.0",
+      type: "hello", protocol: 2, cairn: "0.1.0",
       mission: { ...this.mission, seed: this.seed, duration_max_s: 180, kind: this.kind },
       missions: MISSIONS.map(({ name, title }) => ({ name, title })),
       world: { bounds_m: BOUNDS, walls: WALLS, points: [], things: THINGS, rooms: ROOMS, devices: this.isBare ? [] : DEVICES },
-      robots: [ROBOT],
+      robots: [ROBOT, ...this.lasers().map((_, i) => ({ ...ROBOT, id: i + 1, name: `laser ${i + 1}`, sonars: [], scanners: [SCANNER] }))],
+      ...offerOf(this.isBare, this.n_lasers > 0),
       pheromones: this.isBare ? null : pheromones(),
       planned_path_m: this.isBare ? [] : TRAIL,
       program: this.isBare ? null : { source: SOURCE, mode: "corrected", functions: functions() },
-      links: ["robot", "pheromones", "ground"].slice(0, this.isBare ? 1 : 3).map((name, id) => ({ id, name, ends: ENDS[id], baud: 9600 })),
+      links: ["robot", "pheromones", "ground"].slice(0, this.isBare ? 1 : 3).map((name, id) => ({ id, name, ends: ENDS[id], baud: 9600, robot: 0, line: name })),
     };
   }
 
@@ -54,14 +59,22 @@ export class Run {
     const { robot } = this;
     return {
       type: "state", t_s: this.t_s, step: this.step_number, playing, speed_ratio, achieved_ratio, verdict: this.verdict,
-      robots: [robot.view()], people: this.people, things: this.things,
+      robots: [robot.view(), ...this.lasers()], people: this.people, things: this.things,
       devices: this.isBare ? [] : this.inputs().map((on, i) => ({ name: DEVICES[i].name, on })).concat([{ name: "latch", on: robot.arrived }, { name: "lamp", on: robot.goal !== null }]),
       decision: this.decision?.state() ?? null,
-      figures: {
-        time_s: this.t_s, path_length_m: robot.path_m, clearance_min_m: robot.clearance_min_m, collisions: 0,
-        cross_track_rms_m: robot.n_cross ? Math.sqrt(robot.sum_cross2 / robot.n_cross) : null, ...(this.isBare ? {} : { queries: Math.floor(this.step_number / 20) }),
-      },
+      signals: valuesOf(OFFER.run_signals, {
+        time_s: this.t_s, path_length_m: robot.path_m, clearance_min_m: robot.clearance_min_m, contacts: 0,
+        cross_track_rms_m: robot.n_cross ? Math.sqrt(robot.sum_cross2 / robot.n_cross) : null,
+      }),
     };
+  }
+
+  /** Robots that turn on the spot and scan. */
+  lasers() {
+    return Array.from({ length: this.n_lasers }, (_, i) => {
+      const pose = [-4 + (i % 5) * 2, i < 5 ? 1.6 : -1.8, this.t_s / 3 + i];
+      return { ...this.robot.view(), id: i + 1, truth: pose, estimate: pose, sonar_m: [], bubble_m: [], preview_m: [], goal: null, target: null, scans: [scanAt(pose, this.segments(), this.step_number)] };
+    });
   }
 
   tick() {

@@ -1,0 +1,132 @@
+//! What a survey's page can show.
+
+use super::{Layer, Panel, SurveyHas};
+
+/// The panels of a survey.
+pub(super) const SURVEY_PANELS: [Panel<SurveyHas>; 5] = [
+    Panel {
+        key: "now",
+        title: "Now",
+        digit: 1,
+        row: 0,
+        about: "scans, keyframes, loops closed, candidates refused and why, and the time by stage",
+        is_offered: |_| true,
+    },
+    Panel {
+        key: "candidates",
+        title: "Candidates",
+        digit: 2,
+        row: 0,
+        about: "each comparison of a short-term map with the map (sonars)",
+        is_offered: |has| has.sonar,
+    },
+    Panel {
+        key: "parameters",
+        title: "Parameters",
+        digit: 3,
+        row: 0,
+        about: "everything that can be set, with unit, default, range and meaning",
+        is_offered: |_| true,
+    },
+    Panel {
+        key: "results",
+        title: "Results",
+        digit: 4,
+        row: 0,
+        about: "errors against the truth, entropy, closures, time",
+        is_offered: |_| true,
+    },
+    Panel {
+        key: "file",
+        title: "File",
+        digit: 5,
+        row: 0,
+        about: "what was wrong in the log, at which line, and what was done about it",
+        is_offered: |_| true,
+    },
+];
+
+/// The layers of a survey.
+pub(super) const SURVEY_LAYERS: [Layer<SurveyHas>; 9] = [
+    Layer {
+        key: "map",
+        label: "Map",
+        colour: "var(--cell-occupied)",
+        is_on: true,
+        looks: "white, black, grey",
+        about: "free, occupied, unknown; shades lie between (in the dark theme: slate, white, black). Point at a cell to read its probability",
+        is_offered: |_| true,
+    },
+    Layer {
+        key: "corrected",
+        label: "Corrected way",
+        colour: "var(--map-trail)",
+        is_on: true,
+        looks: "red line",
+        about: "the way as it is known now; earlier parts move when a loop is closed",
+        is_offered: |_| true,
+    },
+    Layer {
+        key: "odometry",
+        label: "Odometry",
+        colour: "var(--map-estimate)",
+        is_on: true,
+        looks: "blue, dashed",
+        about: "where odometry alone puts the robot",
+        is_offered: |_| true,
+    },
+    Layer {
+        key: "truth",
+        label: "True way",
+        colour: "var(--map-goal)",
+        is_on: true,
+        looks: "green line",
+        about: "the true way, if the recording knows it. It begins where the map does; at the end it is laid on the red one as well as it can be",
+        is_offered: |has| has.truth,
+    },
+    Layer {
+        key: "scan",
+        label: "Current scan",
+        colour: "var(--map-sonar-hit)",
+        is_on: true,
+        looks: "amber points or cones",
+        about: "the newest scan; pale dashed arcs: sonars that heard nothing",
+        is_offered: |_| true,
+    },
+    Layer {
+        key: "patch",
+        label: "Short-term map",
+        colour: "rgb(var(--patch-cell))",
+        is_on: true,
+        looks: "violet, framed",
+        about: "the short-term map that is being gathered (sonars)",
+        is_offered: |has| has.sonar,
+    },
+    Layer {
+        key: "graph",
+        label: "Pose graph",
+        colour: "var(--map-zone)",
+        is_on: true,
+        looks: "grey squares",
+        about: "keyframes with their edges",
+        is_offered: |_| true,
+    },
+    Layer {
+        key: "closures",
+        label: "Loop closures",
+        colour: "var(--map-preview)",
+        is_on: true,
+        looks: "magenta lines",
+        about: "the edges that close loops",
+        is_offered: |_| true,
+    },
+    Layer {
+        key: "grid",
+        label: "Grid, 1 or 10 m",
+        colour: "var(--line-strong)",
+        is_on: false,
+        looks: "pale lines",
+        about: "one metre, or ten where a metre is small",
+        is_offered: |_| true,
+    },
+];
