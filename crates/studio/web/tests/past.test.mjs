@@ -98,4 +98,9 @@ pageTest("a line is cut and mended at its link", async ({ page, sent }) => {
   assert.deepEqual(sent("cut")[0], { type: "cut", robot: 0, line: "pheromones", cut: true });
   await page.getByRole("button", { name: "Mend the line pheromones, both ways" }).click();
   await eventually("mended", () => sent("cut")[1]?.cut === false);
+  for (const width of [1280, 1920, 820]) {
+    await page.setViewportSize({ width, height: 900 });
+    const [dock, hold] = await Promise.all([page.locator("#dock"), page.getByRole("button", { name: "Hold" })].map((element) => element.boundingBox()));
+    assert.ok(hold.x + hold.width <= dock.x + dock.width, `Hold is cut off at ${width}`);
+  }
 });
