@@ -197,7 +197,9 @@ mod tests {
         let message = history.message();
         assert_eq!(message["columns"]["cross_track_m"][0], Value::Null);
         assert_eq!(message["columns"]["clearance_m"][0], 0.25);
-        assert_eq!(message["columns"].get("position_error_m"), None, "no curve");
+        for Signal { id, curve, .. } in Signal::of_robots() {
+            assert_eq!(message["columns"].get(*id).is_some(), curve.is_some(), "{id}");
+        }
         assert_eq!(message["robots"][0]["truth"], json!([1.0, 0.5]));
         assert_eq!(message["edges"].as_array().unwrap().len(), 3);
     }
