@@ -110,7 +110,7 @@ fn has_robot(scene: &Scene) -> bool {
 }
 
 /// The plots, as they stand on the page.
-pub const PLOTS: [Plot; 4] = [
+pub const PLOTS: [Plot; 5] = [
     Plot {
         id: "cross",
         title: "Cross-track error",
@@ -147,6 +147,15 @@ pub const PLOTS: [Plot; 4] = [
         empty: "not known of this robot",
         is_offered: has_robot,
     },
+    Plot {
+        id: "place",
+        title: "Localisation",
+        unit: "mm",
+        per_si: 1000.0,
+        least: [0.0, 50.0],
+        empty: "no robot",
+        is_offered: has_robot,
+    },
 ];
 
 /// A robot's signal that only stands in a plot.
@@ -163,7 +172,7 @@ const CURVE: Signal = Signal {
 const FIGURE: Signal = Signal { is_figure: true, read: Read::Run(|_| None), ..CURVE };
 
 /// All signals, in the order in which tables show them.
-pub const SIGNALS: [Signal; 15] = [
+pub const SIGNALS: [Signal; 16] = [
     Signal {
         id: "path_length_m",
         title: "Path length",
@@ -221,6 +230,7 @@ pub const SIGNALS: [Signal; 15] = [
     Signal {
         id: "position_error_m",
         title: "Position error",
+        curve: Some(("place", "error")),
         is_figure: true,
         is_seen_from_outside: true,
         about: "between where the robot is and where it believes it is",
@@ -229,6 +239,13 @@ pub const SIGNALS: [Signal; 15] = [
             let is_here = now.vehicle.body.is_some();
             is_here.then(|| (truth.x_m - estimate.x_m).hypot(truth.y_m - estimate.y_m))
         }),
+    },
+    Signal {
+        id: "position_doubt_m",
+        title: "Position doubt",
+        curve: Some(("place", "doubt")),
+        about: "longer half axis of the region in which the robot believes itself to be with 95 %",
+        read: Read::Robot(|now| Some(now.view.ellipse[0])),
         ..CURVE
     },
     Signal {
