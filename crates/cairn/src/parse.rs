@@ -2,11 +2,31 @@
 
 use std::{net::SocketAddr, num::NonZeroU16};
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use robot_models::RobotModel;
+use settings::Choice;
 
 /// A seed.
 pub(crate) fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_unusable| format!("must be a whole number from 0 to {}", u64::MAX))
+}
+
+/// One of the words of a list; `also` are other words for some, which the help does not show.
+pub(crate) fn choice<C: Choice + Send + Sync>(
+    also: &'static [(&'static str, &'static str)],
+) -> impl TypedValueParser<Value = C> {
+    let value = |choice: &C| {
+        let key = choice.key();
+        let aliases = also.iter().filter(move |(_, of)| *of == key).map(|(alias, _)| *alias);
+        PossibleValue::new(key).help(choice.about()).aliases(aliases)
+    };
+    let key_of = move |word: String| {
+        also.iter().find(|(alias, _)| *alias == word).map_or(word, |(_, key)| (*key).to_owned())
+    };
+    PossibleValuesParser::new(C::ALL.iter().map(value)).try_map(move |word| {
+        let key = key_of(word);
+        C::ALL.iter().copied().find(|choice| choice.key() == key).ok_or("no word of the list")
+    })
 }
 
 /// How fast the studio runs.

@@ -8,9 +8,9 @@ use std::{
 };
 
 use anyhow::Context;
-use clap::ValueEnum;
 use pheromones::{Field, Perception, SenseConfig, Server, ServerConfig, ServerCounters};
 use serde_json::json;
+use settings::Choice as _;
 use virtual_robots::Exchange;
 
 use crate::output::{Format, say};
@@ -37,8 +37,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "M", default_value_t = 0.38, value_parser = parse::length_m, allow_negative_numbers = true)]
     antenna_spacing_m: f64,
     /// How contributions add up
-    #[arg(long, value_enum, default_value = "scalar_sum")]
-    perception: PerceptionName,
+    #[arg(long, default_value = Perception::default().key(), value_parser = parse::choice::<Perception>(ALSO))]
+    perception: Perception,
     /// Where robots connect
     #[arg(
         long,
@@ -68,32 +68,19 @@ fn parse_traffic_s(text: &str) -> Result<f64, String> {
     seconds.ok_or_else(|| "must be 0 or from 0.1 to 3600 s".to_owned())
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum PerceptionName {
-    /// The sum of what reaches an antenna: right for trails of any width
-    #[value(name = "scalar_sum", alias = "scalar-sum")]
-    ScalarSum,
-    /// The vector sum of equations (5.41) and (5.42)
-    #[value(name = "vector_atan2", alias = "vector")]
-    Vector,
-    /// As the thesis's listing computes it
-    Listing,
-}
+/// Other words for ways to perceive.
+const ALSO: &[(&str, &str)] = &[("scalar-sum", "scalar_sum"), ("vector", "vector_atan2")];
 
 pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     let text = files::read_text(&args.map, "the pheromone map")?;
     let field = Field::from_text(&text, args.cell_m)
         .with_context(|| format!("{} is not a pheromone map", args.map.display()))?;
     let sense = SenseConfig {
-        perception: match args.perception {
-            PerceptionName::ScalarSum => Perception::ScalarSum,
-            PerceptionName::Vector => Perception::VectorAtan2,
-            PerceptionName::Listing => Perception::Listing,
-        },
+        perception: args.perception,
         sigma_m: args.sigma_m,
         antenna_spacing_m: args.antenna_spacing_m,
         // The listing's numbers come with the listing's arithmetic, as in a mission.
-        strict: matches!(args.perception, PerceptionName::Listing),
+        strict: args.perception == Perception::Listing,
     };
     let door = match &args.serial {
         Some(device) => Door::serial(device, args.baud)?,

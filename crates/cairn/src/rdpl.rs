@@ -14,10 +14,12 @@ use anyhow::bail;
 use decision::{Compilation, Diagnostic, Mnemonic, Mode, Severity};
 use files::{Kind, Outputs};
 use serde_json::json;
+use settings::Choice as _;
 
 use crate::{
     given,
     output::{self, Format, complain, say},
+    parse,
 };
 
 /// Compiles a decision program (RDPL): problems with line and column, then image and listing; or runs it alone
@@ -39,8 +41,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE.svg")]
     gates: Option<PathBuf>,
     /// Whether text and machine behave as this guide or as the thesis's printed listing
-    #[arg(long, value_enum, default_value_t)]
-    mode: ModeArg,
+    #[arg(long, default_value = Mode::default().key(), value_parser = parse::choice::<Mode>(&[]))]
+    mode: Mode,
     /// How problems and the trace are printed
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -63,16 +65,6 @@ fn help() -> String {
     format!("{EXAMPLES}\n\nFunctions (docs/guide/rdpl.md):\n{}", functions.trim_end())
 }
 
-/// The behaviours of compiler and machine.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-enum ModeArg {
-    /// As the guide describes it
-    #[default]
-    Corrected,
-    /// As the printed listing does it, mistakes included
-    Listing,
-}
-
 pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     let path = source_path(&args.source);
     refuse_foreign(&path)?;
@@ -86,10 +78,7 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let targets = (!args.check && !is_rehearsal).then(|| Targets::of(args, &path));
     refuse(args, targets.as_ref(), &path, &outputs)?;
-    let mode = match args.mode {
-        ModeArg::Corrected => Mode::Corrected,
-        ModeArg::Listing => Mode::Listing,
-    };
+    let mode = args.mode;
     let compilation = decision::compile_bytes(&read(&path)?, mode);
     let renderer = if output::colour_on_stderr() { Renderer::styled() } else { Renderer::plain() };
     match args.format {

@@ -165,7 +165,7 @@ fn outputs_have_their_fail_safe_values_whenever_the_program_does_not_drive_them(
 fn an_error_and_an_overrun_release_the_outputs() {
     let set_o0 = [0x00, 0x07, 0x20, 0xD1, 0xD1, 0xD1, 0xD1];
     // STIC QRUN,1,I0,RISE or, when the byte is damaged, an unknown opcode.
-    for (opcode, code) in [(0x17, "R8001"), (0x11, "R8006")] {
+    for (opcode, code) in [(0xFE, "R8001"), (0x11, "R8006")] {
         let functions = [opcode, 0xD3, 1, 0, 1].repeat(if opcode == 0x11 { 500 } else { 1 });
         let mut image = [&set_o0[..], &functions].concat();
         image.push(0x0F);

@@ -121,7 +121,7 @@ fn quirk_7_unknown_opcodes_hang_or_start_over() {
     for opcode in [0x01, 0x02, 0x03] {
         assert_eq!(steps(opcode), [(1, Step::Hung, None), faulted]);
     }
-    for opcode in [0x14, 0x15, 0x17, 0xFF] {
+    for opcode in [0x14, 0x15, 0xFE, 0xFF] {
         assert_eq!(steps(opcode), [(2, Step::EndOfScan, None), faulted]);
     }
 }

@@ -13,6 +13,7 @@ pub(crate) struct Deposit {
 
 impl Deposit {
     /// What is left: p = ⌈p₀ (1 − t/τ)⌉, or 0 from τ on. Whole numbers, so that time may be cut anyhow.
+    #[inline]
     pub(crate) fn level(self, lifetime_ns: u64) -> u8 {
         let left_ns = lifetime_ns.saturating_sub(self.age_ns);
         if left_ns == 0 {
