@@ -185,6 +185,11 @@ mod tests {
             }
         }
         assert!(history.text().len() < 500_000, "{} bytes", history.text().len());
+        let mut pair = History::new(2);
+        let mut other = at(2.0);
+        other.signals = vec![Some(9.0); other.signals.len()];
+        pair.take(0.0, &[at(1.0), other]);
+        assert_eq!(pair.message()["columns"]["clearance_m"], json!([0.25]), "of the first");
     }
 
     #[test]
