@@ -118,7 +118,7 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let mut robots = Robots::new(args, &model, &names)?;
     let mut doors = doors(args, &model)?;
-    doors.extend(args.laser.doors(args.listen, args.robots.get())?);
+    doors.extend(args.laser.doors(args.listen, args.robots.get(), args.pty)?);
     for ((board, line), door) in robots.served.boards().iter().zip(&robots.lines).zip(&doors) {
         if line.is_laser {
             args.laser.tell(args.format, robots.name_of(board), &door.name());

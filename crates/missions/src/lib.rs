@@ -49,7 +49,7 @@ pub use outline::{Mark, Outline};
 pub use record::{RecordError, Recorder};
 pub use replay::{Divergence, Replay, ReplayError, ReplayReport, Seek};
 pub use run::{DRIVE_HOLD, PLOTS, Plot, Run, RunError, SIGNALS, STEP, Signal, can_start, world_of};
-pub use sensing::{PoseReport, RingRow, SensedRun, SensedStep, SensorLog, sense};
+pub use sensing::{PoseReport, RingRow, ScanRow, SensedRun, SensedStep, SensorLog, sense};
 pub use summary::{Figure, Summary};
 pub use transport::{MemoryTransport, SerialTransport, TcpTransport, Transport, TransportError};
 pub use verdict::{Check, Verdict};

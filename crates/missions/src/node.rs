@@ -12,7 +12,7 @@ mod direct_laser;
 mod direct_robot;
 mod ground;
 pub(crate) mod inquiry;
-mod laser;
+pub(crate) mod laser;
 mod pheromones;
 mod pipe;
 pub(crate) mod wiring;

@@ -9,6 +9,7 @@
 //! | `/cairn/log` | JSON | events in words |
 //! | `/cairn/rig/<robot>` | JSON | what its ranges mean; before the first step |
 //! | `/cairn/scan/<robot>` | `cairn.scan.v1` | a row of its ring with dead reckoning and truth |
+//! | `/cairn/rig/<robot>/<laser>`, `/cairn/scan/<robot>/<laser>` | as above | the same of each of its lasers |
 //! | `/cairn/end` | JSON | steps taken and the verdict; absent when the recording was cut off |
 //! | `/tf`, `/scene`, `/log`, `/<robot>/…` | JSON with public schemas | what viewers draw by themselves: [`viewers`] |
 //!
@@ -28,6 +29,7 @@ use std::{
 use files::{Kind, Live, Outputs, Refusal};
 use mcap::{WriteOptions, Writer, records::MessageHeader};
 use recordings::{
+    Rig,
     cairn_mcap::{RIG_ENCODING, SCAN_ENCODING, encode_rig, encode_scan, rig_topic, scan_topic},
     mcap_file::{CHECK_OPCODE, LIBRARY_MARK},
 };
@@ -37,7 +39,9 @@ use serde_json::{Value, json};
 
 use crate::{
     intervention::InterventionRecord,
-    run::{Run, Signal, rig},
+    mission::plan::LaserPlan,
+    run::{Run, Signal, laser_rig, rig},
+    sensing::sensor_name,
     view::{LogItem, Pose, SceneThing, ViewDecision, ViewRobot, ViewState},
 };
 
@@ -135,8 +139,8 @@ pub struct Recorder {
     /// Step after which everything was written out last.
     written_at: u64,
     channels: [u16; 6],
-    /// One for each robot.
-    scan_channels: Vec<u16>,
+    /// For each robot: of its ring, if it has one, and of its lasers.
+    scan_channels: Vec<(Option<u16>, Vec<u16>)>,
     viewers: Viewers,
     n_interventions: usize,
     sequence: u32,
@@ -303,13 +307,21 @@ impl Recorder {
         let refuse = |source| RecordError::Mcap { path: part.clone(), source };
         let now = run.now();
         for plan in &run.mission().parts().robots {
-            let mut add = |topic: &str, encoding: &str| {
-                self.writer.add_channel(0, topic, encoding, &BTreeMap::new()).map_err(refuse)
+            let mut begin = |name: &str, rig: &Rig| {
+                let mut add = |topic: &str, encoding: &str| {
+                    self.writer.add_channel(0, topic, encoding, &BTreeMap::new()).map_err(refuse)
+                };
+                let rig_channel = add(&rig_topic(name), RIG_ENCODING)?;
+                let scan_channel = add(&scan_topic(name), SCAN_ENCODING)?;
+                self.write_to(rig_channel, now, now, &encode_rig(rig)).map(|()| scan_channel)
             };
-            let rig_channel = add(&rig_topic(&plan.name), RIG_ENCODING)?;
-            let scan_channel = add(&scan_topic(&plan.name), SCAN_ENCODING)?;
-            self.scan_channels.push(scan_channel);
-            self.write_to(rig_channel, now, now, &encode_rig(&rig(plan)))?;
+            // A robot that has lasers alone is not asked for its ring.
+            let has_ring = !plan.model.sonars.is_empty() || plan.lasers.is_empty();
+            let ring = has_ring.then(|| begin(&plan.name, &rig(plan))).transpose()?;
+            let laser =
+                |laser: &LaserPlan| begin(&sensor_name(&plan.name, &laser.name), &laser_rig(laser));
+            let lasers = plan.lasers.iter().map(laser).collect::<Result<Vec<u16>, _>>()?;
+            self.scan_channels.push((ring, lasers));
         }
         Ok(())
     }
@@ -358,7 +370,15 @@ impl Recorder {
             for row in sensed.rows {
                 data.clear();
                 encode_scan(&row.to_scan(), row.report.world_from_base, &mut data);
-                self.write_to(self.scan_channels[robot], run.now(), row.report.stamp, &data)?;
+                let (Some(ring), _) = self.scan_channels[robot] else { continue };
+                self.write_to(ring, run.now(), row.report.stamp, &data)?;
+            }
+            for row in sensed.scans {
+                data.clear();
+                encode_scan(&row.to_scan(), row.world_from_base, &mut data);
+                let channel = self.scan_channels[robot].1[row.laser];
+                self.write_to(channel, run.now(), row.stamp, &data)?;
+                self.for_viewers(run, |viewers, _, tell| viewers.scan(robot, row, tell))?;
             }
         }
         self.scratch = data;

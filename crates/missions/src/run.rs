@@ -16,6 +16,7 @@ pub(crate) mod line;
 mod metrics;
 mod orders;
 mod ring_log;
+mod scan_log;
 mod scene;
 mod show;
 mod sides;
@@ -62,6 +63,7 @@ pub use limits::STEP;
 use metrics::RobotMetrics;
 use orders::OrderBy;
 pub(crate) use ring_log::rig;
+pub(crate) use scan_log::laser_rig;
 pub use signals::{PLOTS, Plot, SIGNALS, Signal};
 use vehicle::Vehicle;
 
@@ -347,7 +349,7 @@ impl Run {
     /// What each robot reported and measured during the last step, in the robots' order. Does not
     /// allocate.
     pub fn sensed(&self) -> impl Iterator<Item = SensedStep<'_>> {
-        self.vehicles.iter().map(|vehicle| vehicle.ring_log().sensed())
+        self.vehicles.iter().map(Vehicle::sensed)
     }
 
     /// Switches the collection of decoded packets on or off; it is off at first.

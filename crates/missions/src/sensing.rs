@@ -6,15 +6,15 @@
 
 pub(crate) mod step;
 
-use recordings::Recording;
+use recordings::{Recording, Rig, StampedPose};
 use run_context::RunSeed;
 
 use crate::{
     mission::Mission,
-    run::{Run, RunError, rig},
+    run::{Run, RunError, laser_rig, rig},
     summary::Summary,
 };
-pub use step::{PoseReport, RingRow, SensedStep};
+pub use step::{PoseReport, RingRow, ScanRow, SensedStep};
 
 /// Collects what the robots of a run sense, in memory.
 ///
@@ -78,36 +78,61 @@ pub fn sense(mission: Mission, seed: RunSeed) -> Result<SensedRun, RunError> {
 }
 
 impl SensorLog {
-    /// An empty log of every robot of a run.
+    /// An empty log of every robot of a run, and of every laser beside.
     pub fn new(run: &Run) -> Self {
-        let empty = |plan: &crate::mission::plan::RobotPlan| {
-            let recording = Recording {
-                rig: rig(plan),
-                scans: Vec::new(),
-                odometry: Vec::new(),
-                reference: Vec::new(),
-                truth: Vec::new(),
-                extra_columns_m: Vec::new(),
-                epoch_ns: 0,
-            };
-            (plan.name.clone(), recording)
-        };
-        Self { robots: run.mission().parts().robots.iter().map(empty).collect() }
+        let mut robots = Vec::new();
+        for plan in &run.mission().parts().robots {
+            robots.push((plan.name.clone(), empty(rig(plan))));
+            let lasers = plan.lasers.iter();
+            robots.extend(lasers.map(|l| (sensor_name(&plan.name, &l.name), empty(laser_rig(l)))));
+        }
+        Self { robots }
     }
 
     /// Takes what the last step brought; call it after every [`Run::step`].
     pub fn take(&mut self, run: &Run) {
-        for ((_, recording), sensed) in self.robots.iter_mut().zip(run.sensed()) {
-            recording.odometry.extend(sensed.reports.iter().map(PoseReport::odometry));
+        let mut rest = self.robots.as_mut_slice();
+        for (sensed, plan) in run.sensed().zip(&run.mission().parts().robots) {
+            let (ours, others) = rest.split_at_mut(1 + plan.lasers.len());
+            rest = others;
+            let Some(((_, ring), lasers)) = ours.split_first_mut() else { continue };
+            ring.odometry.extend(sensed.reports.iter().map(PoseReport::odometry));
             for row in sensed.rows {
-                recording.scans.push(row.to_scan());
-                recording.truth.extend(row.report.truth());
+                ring.scans.push(row.to_scan());
+                ring.truth.extend(row.report.truth());
+            }
+            for (_, laser) in &mut *lasers {
+                laser.odometry.extend(sensed.reports.iter().map(PoseReport::odometry));
+            }
+            for row in sensed.scans {
+                let (_, laser) = &mut lasers[row.laser];
+                laser.scans.push(row.to_scan());
+                laser
+                    .truth
+                    .extend(row.world_from_base.map(|pose| StampedPose { stamp: row.stamp, pose }));
             }
         }
     }
 
-    /// Each robot's name and recording, in the robots' order.
+    /// Each robot's name and recording, in the robots' order; behind a robot its lasers, named `robot/laser`.
     pub fn into_recordings(self) -> Vec<(String, Recording)> {
         self.robots
+    }
+}
+
+/// What a laser of a robot is called in a recording.
+pub(crate) fn sensor_name(robot: &str, laser: &str) -> String {
+    format!("{robot}/{laser}")
+}
+
+fn empty(rig: Rig) -> Recording {
+    Recording {
+        rig,
+        scans: Vec::new(),
+        odometry: Vec::new(),
+        reference: Vec::new(),
+        truth: Vec::new(),
+        extra_columns_m: Vec::new(),
+        epoch_ns: 0,
     }
 }

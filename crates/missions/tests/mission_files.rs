@@ -241,7 +241,7 @@ fn files_that_are_not_there_are_named() {
         ]],
     );
     let absent = Mission::load("no/such/mission.toml", &[]).unwrap_err().to_string();
-    expect!["no mission is called `no/such/mission.toml` and no such file exists; shipped missions: doorbell, doorbell-answered, trail-45deg, trail-corner, trail-junctions, tag-trail, path-slalom, one-obstacle, intermediate-goals, decision-rig, errands, night-watch, swarm, link-cut, server-lost, ward-call, workshop, artemic-e1, artemic-e2, artemic-e3, artemic-e4"].assert_eq(&absent);
+    expect!["no mission is called `no/such/mission.toml` and no such file exists; shipped missions: doorbell, doorbell-answered, trail-45deg, trail-corner, trail-junctions, tag-trail, path-slalom, one-obstacle, intermediate-goals, decision-rig, errands, night-watch, swarm, link-cut, server-lost, ward-call, workshop, laser-ward, create-errand, create-scan, artemic-e1, artemic-e2, artemic-e3, artemic-e4"].assert_eq(&absent);
 }
 
 #[test]
@@ -299,7 +299,7 @@ fn overrides_that_cannot_be_applied_are_explained() {
         SMALL,
         &["robots.wings=2"],
         &expect![[r#"
-            --set robots.wings=2: unknown field `wings`, expected one of `name`, `model`, `start`, `count`, `spacing_m`, `row_length`, `odometry`, `sonar`, `line`, `mind`, `tag_readers`, `teleoperator`
+            --set robots.wings=2: unknown field `wings`, expected one of `name`, `model`, `start`, `count`, `spacing_m`, `row_length`, `odometry`, `sonar`, `line`, `mind`, `tag_readers`, `lasers`, `teleoperator`
             in `robots`"#]],
     );
 }
@@ -421,7 +421,7 @@ fn a_key_that_is_set_to_its_default_changes_nothing() {
         assert_eq!(set, bare, "{} = {default}", way.join("."));
         n_links += usize::from(tables.last().is_some_and(|table| table == "line"));
     }
-    assert_eq!((n_links, keys.len() > 100), (3 * 6, true));
+    assert_eq!((n_links, keys.len() > 100), (4 * 6, true));
 }
 
 /// The three kinds of lines, each with what a cable or a radio modem takes.

@@ -107,17 +107,19 @@ impl LaserEcho {
     }
 }
 
+settings::choices!(LaserKind {
+    SickLms = "sick": "SICK LMS200: half a circle, the laser of Pioneers",
+    RplidarA1 = "rplidar": "RPLIDAR A1: a whole turn, 5.5 turns a second, clockwise",
+    Ld06 = "ld06": "LD06 or LD19: a whole turn, 10 turns a second, clockwise",
+});
+
 impl LaserKind {
     /// All there are.
     pub const ALL: [Self; 3] = [Self::SickLms, Self::RplidarA1, Self::Ld06];
 
     /// The word for it in commands and files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::SickLms => "sick",
-            Self::RplidarA1 => "rplidar",
-            Self::Ld06 => "ld06",
-        }
+        settings::Choice::key(self)
     }
 
     /// What people call it.

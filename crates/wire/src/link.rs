@@ -148,6 +148,11 @@ impl Link {
         }
     }
 
+    /// Whether nothing is under way in either direction.
+    pub fn is_idle(&self) -> bool {
+        self.from_a.under_way.is_empty() && self.from_b.under_way.is_empty()
+    }
+
     /// When the last byte sent from `end` will have left it: the line is free then.
     pub fn free_at(&self, end: End) -> Stamp {
         match end {

@@ -42,8 +42,8 @@ pub(crate) struct Args {
     pub(super) relations_shift_s: Option<f64>,
     #[arg(long, value_name = "PRESET", value_parser = ring, help = ring_help())]
     pub(super) ring: Option<recordings::Ring>,
-    /// Which robot of a recording of several
-    #[arg(long, value_name = "NAME")]
+    /// Which robot of a recording of several; robot/laser for one of its lasers
+    #[arg(long, visible_alias = "sensor", value_name = "NAME")]
     pub(super) robot: Option<String>,
     /// Settings (TOML); --keys prints all of them
     #[arg(long, value_name = "FILE")]

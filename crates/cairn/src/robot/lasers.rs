@@ -19,7 +19,8 @@ use crate::{
 pub(super) struct LaserArgs {
     #[arg(long, value_name = "KIND", value_parser = kind, help = kind_help())]
     laser: Option<LaserKind>,
-    /// Where clients of the first robot's laser connect; the port after the robots' unless given
+    /// Where clients of the first robot's laser connect; the port after the robots' unless given, with --pty a second
+    /// pseudo-terminal
     #[arg(long, value_name = "ADDRESS:PORT", value_parser = crate::parse::address, requires = "laser")]
     laser_listen: Option<SocketAddr>,
     /// The laser talks over this serial line instead of a TCP port, at the speed of its cable
@@ -63,9 +64,12 @@ impl LaserArgs {
         Ok(())
     }
 
-    /// A door for the laser of each of `n` robots, of which the first listens there.
-    pub(super) fn doors(&self, listen: SocketAddr, n: u16) -> anyhow::Result<Vec<Door>> {
+    /// A door for the laser of each of `n` robots, of which the first listens there; with `pty` a pseudo-terminal.
+    pub(super) fn doors(&self, listen: SocketAddr, n: u16, pty: bool) -> anyhow::Result<Vec<Door>> {
         let Some(kind) = self.laser else { return Ok(Vec::new()) };
+        if pty && self.laser_serial.is_none() && self.laser_listen.is_none() {
+            return Ok(vec![Door::pty()?]);
+        }
         if let Some(device) = &self.laser_serial {
             return Ok(vec![Door::serial(device, laser_baud(kind))?]);
         }

@@ -8,8 +8,10 @@ use sensor_models::{BeamSight, LaserKind, PlanarScan, ScanBeam};
 
 use super::{LaserDriverConfig, LaserNews, TakeNews};
 
-/// So many bytes in a row that say nothing are noise and no accident.
+/// So many bytes in a row that say nothing are noise and no accident, from a device of short packets.
 const NOISE_BYTES: u64 = 250;
+/// The same of a SICK, whose scan is one telegram that trickles in: two of the longest.
+const NOISE_BYTES_SICK: u64 = 1640;
 /// Damage is judged over this time.
 const WINDOW: Duration = Duration::from_secs(2);
 /// Damaged packets in a window, and their part, from which on it is told.
@@ -284,7 +286,11 @@ impl Watch {
             let silent_s = silence.as_secs_f64();
             return Some(LaserTrouble::Silent { name: name(), title, silent_s });
         }
-        if self.n_noise_bytes >= NOISE_BYTES {
+        let noise_bytes = match self.kind {
+            LaserKind::SickLms => NOISE_BYTES_SICK,
+            LaserKind::RplidarA1 | LaserKind::Ld06 => NOISE_BYTES,
+        };
+        if self.n_noise_bytes >= noise_bytes {
             let (n_bytes, baud) = (self.n_noise_bytes, self.baud);
             return Some(LaserTrouble::Noise { name: name(), title, n_bytes, baud });
         }

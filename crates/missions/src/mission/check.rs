@@ -4,6 +4,7 @@ pub(super) mod common;
 mod environment;
 mod hints;
 mod keys;
+mod lasers;
 mod map;
 mod mind;
 mod ring;

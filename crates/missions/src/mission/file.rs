@@ -8,6 +8,7 @@ mod decision;
 mod devices;
 mod events;
 mod head;
+mod lasers;
 mod lines;
 mod mind;
 mod pheromones;
@@ -24,6 +25,7 @@ pub use decision::DecisionFile;
 pub use devices::DeviceFile;
 pub use events::EventFile;
 pub use head::HeadFile;
+pub use lasers::LaserFile;
 pub use lines::LineFile;
 pub use mind::{
     FollowFile, FuzzyFile, GuardFile, HealthFile, HowFile, MindFile, TagFollowingFile,

@@ -11,6 +11,7 @@ use obstacle_avoidance::Variant;
 use path_following::{PathController, TrailController, fuzzy::TableKind};
 use pheromones::Perception;
 use robot_models::RobotModel;
+use sensor_models::LaserKind;
 use settings::Choice;
 
 use super::{
@@ -44,6 +45,7 @@ const LISTS: &[Row] = &[
     ("robots.model", models),
     ("robots.sonar.ring", of::<RingKind>),
     ("robots.line.kind", of::<LineKind>),
+    ("robots.lasers.kind", of::<LaserKind>),
     ("robots.mind.where_am_i.method", of::<PoseMethod>),
     ("robots.mind.how.method", of::<Method>),
     ("robots.mind.follow.trail_law", of::<TrailController>),

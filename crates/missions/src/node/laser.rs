@@ -30,6 +30,7 @@ pub(super) fn line(plan: &RobotPlan, number: usize, seed: RunSeed) -> Result<Lin
     let near = |timing: LineTiming| -> Result<Box<dyn Driver>, RunError> {
         let config = LaserDriverConfig {
             line: timing,
+            // Only a line that is simulated follows its driver.
             change_baud_to: timing.baud,
             ..LaserDriverConfig::named(name)
         };

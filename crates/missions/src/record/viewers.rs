@@ -7,6 +7,7 @@
 //! | `/<robot>/pose`, `/<robot>/truth` | `foxglove.PoseInFrame` | the same, one topic for each |
 //! | `/<robot>/path` | `foxglove.PosesInFrame` | the way ahead, when it changes, at most once a second |
 //! | `/<robot>/sonar` | `foxglove.SceneUpdate` | rays as long as what its front sonars report, when that changes, at most every 0.4 s |
+//! | `/<robot>/<laser>` | `foxglove.LaserScan` | each scan of each of its lasers |
 //! | `/scene` | `foxglove.SceneUpdate` | walls, things, names of rooms, trails and outlines of robots at the beginning; people five times a second; things that come and go |
 //! | `/log` | `foxglove.Log` | events in words |
 //!
@@ -17,14 +18,17 @@ use std::time::Duration;
 
 use geometry::{Se2, Vec2};
 use recordings::foxglove::{
-    Color, CylinderPrimitive, FrameTransform, FrameTransforms, LinePrimitive, Log,
+    Color, CylinderPrimitive, FrameTransform, FrameTransforms, LaserScan, LinePrimitive, Log,
     MESSAGE_ENCODING, PoseInFrame, PosesInFrame, SCHEMA_ENCODING, SceneEntity, SceneEntityDeletion,
     SceneUpdate, TextPrimitive, Vector3, level, schema_name, schema_text,
 };
 use run_context::Stamp;
 use serde::Serialize;
 
-use crate::view::{LogItem, LogLevel, Pose, Scene, SceneRobot, SceneThing, ViewRobot, ViewState};
+use crate::{
+    sensing::ScanRow,
+    view::{LogItem, LogLevel, Pose, Scene, SceneRobot, SceneThing, ViewRobot, ViewState},
+};
 
 /// The frame that everything is given in.
 const MAP: &str = "map";
@@ -47,8 +51,8 @@ const PERSON: Color = Color::of([0.35, 0.45, 0.75, 0.9]);
 const ECHO: Color = Color::of([0.9, 0.6, 0.1, 0.7]);
 
 /// The schemas, in the order in which the format's writer numbers them here.
-pub(super) const SCHEMAS: [&str; 5] =
-    ["FrameTransforms", "PoseInFrame", "PosesInFrame", "SceneUpdate", "Log"];
+pub(super) const SCHEMAS: [&str; 6] =
+    ["FrameTransforms", "PoseInFrame", "PosesInFrame", "SceneUpdate", "Log", "LaserScan"];
 
 /// A channel to be announced: topic, and place in [`SCHEMAS`].
 pub(super) type Wanted = (String, usize);
@@ -60,6 +64,7 @@ struct RobotChannels {
     truth: u16,
     path: u16,
     sonar: u16,
+    lasers: Vec<u16>,
 }
 
 /// Writes what viewers draw.
@@ -97,24 +102,33 @@ impl Viewers {
         let mut wanted =
             vec![("/tf".to_owned(), 0), ("/scene".to_owned(), 3), ("/log".to_owned(), 4)];
         if scene.robots.len() <= N_ROBOTS_MAX {
-            for SceneRobot { name, .. } in &scene.robots {
+            for SceneRobot { name, scanners, .. } in &scene.robots {
                 let topics = [("pose", 1), ("truth", 1), ("path", 2), ("sonar", 3)];
                 wanted.extend(topics.map(|(topic, schema)| (format!("/{name}/{topic}"), schema)));
+                wanted.extend(scanners.iter().map(|s| (format!("/{name}/{}", s.name), 5)));
             }
         }
         wanted
     }
 
     pub(super) fn new(scene: Scene, channels: &[u16]) -> Self {
-        let (own, robots) = channels.split_at(channels.len().min(3));
-        let at = |i: usize| own.get(i).copied().unwrap_or_default();
-        let of_robot =
-            |c: &[u16; 4]| RobotChannels { pose: c[0], truth: c[1], path: c[2], sonar: c[3] };
+        let mut channels = channels.iter().copied();
+        let mut next = || channels.next().unwrap_or_default();
+        let (transforms, of_scene, log) = (next(), next(), next());
+        let has_own = scene.robots.len() <= N_ROBOTS_MAX;
+        let robots = scene.robots.iter().filter(|_| has_own).map(|robot| RobotChannels {
+            pose: next(),
+            truth: next(),
+            path: next(),
+            sonar: next(),
+            lasers: robot.scanners.iter().map(|_| next()).collect(),
+        });
+        let robots = robots.collect();
         Self {
-            transforms: at(0),
-            scene: at(1),
-            log: at(2),
-            robots: robots.as_chunks().0.iter().map(of_robot).collect(),
+            transforms,
+            scene: of_scene,
+            log,
+            robots,
             paths: vec![(Stamp::ZERO, Vec::new()); scene.robots.len()],
             readings: vec![(Stamp::ZERO, Vec::new()); scene.robots.len()],
             fixed: scene,
@@ -179,6 +193,31 @@ impl Viewers {
             line: 0,
         };
         put(&mut self.bytes, self.log, &entry, tell)
+    }
+
+    /// A scan of one of a robot's lasers.
+    pub(super) fn scan<E>(
+        &mut self,
+        robot: usize,
+        row: &ScanRow,
+        tell: &mut Tell<'_, E>,
+    ) -> Result<(), E> {
+        let channel = self.robots.get(robot).and_then(|r| r.lasers.get(row.laser).copied());
+        let fixed = self.fixed.robots.get(robot);
+        let Some((channel, fixed)) = channel.zip(fixed) else { return Ok(()) };
+        let Some(scanner) = fixed.scanners.get(row.laser) else { return Ok(()) };
+        let last = scanner.n_beams.saturating_sub(1) as f64;
+        let seen = |range_m: &f64| range_m.is_finite().then_some((1e4 * range_m).round() / 1e4);
+        let scan = LaserScan {
+            timestamp: row.stamp.into(),
+            frame_id: fixed.name.clone(),
+            pose: scanner.base_from_sensor.into(),
+            start_angle_rad: scanner.first_angle_rad,
+            end_angle_rad: scanner.first_angle_rad + last * scanner.step_rad,
+            ranges: row.ranges_m.iter().map(seen).collect(),
+            intensities: Vec::new(),
+        };
+        put(&mut self.bytes, channel, &scan, tell)
     }
 
     fn robot<E>(

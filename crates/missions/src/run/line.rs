@@ -349,12 +349,16 @@ impl Wired {
     /// `baud` is the speed of the near end, bits per second, where that matters: a device that speaks at another is not
     /// understood.
     pub(crate) fn new(
-        link: Link,
+        mut link: Link,
         near: Box<dyn Driver>,
         far: Box<dyn Far>,
         baud: Option<u32>,
     ) -> Self {
-        let speeds = baud.zip(far.baud()).map(<[u32; 2]>::from);
+        let mut speeds = baud.zip(far.baud()).map(<[u32; 2]>::from);
+        if let Some(speeds) = &mut speeds {
+            link.set_baud(End::B, speeds[1]);
+            follow(&mut link, speeds, &*near, &*far);
+        }
         Self { link, near, far, speeds }
     }
 }
@@ -421,10 +425,11 @@ fn receive(link: &mut Link, end: End, now: Stamp, speeds: Option<&[u32; 2]>, int
 /// Lets the link follow the speeds that its two ends have now; the near one's, bits per second.
 fn follow(link: &mut Link, speeds: &mut [u32; 2], near: &dyn Driver, far: &dyn Far) -> u32 {
     let now = [near.wanted_baud().unwrap_or(speeds[0]), far.baud().unwrap_or(speeds[1])];
-    if now != *speeds {
+    // What is under way was sent at the speed before.
+    if now != *speeds && link.is_idle() {
         *speeds = now;
         link.set_baud(End::A, now[0]);
         link.set_baud(End::B, now[1]);
     }
-    now[0]
+    speeds[0]
 }

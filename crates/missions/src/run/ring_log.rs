@@ -18,6 +18,9 @@ use crate::{
 /// A report over a link is about a moment that is past by its latency and the time of its bytes; so much more is kept.
 const HISTORY_MARGIN: Duration = Duration::from_secs(1);
 
+/// The way of a scan: a turn of the slowest laser, its bytes at 9600 baud, and the margin.
+const SCAN_HISTORY: Duration = Duration::from_secs(2);
+
 /// Reads along with one robot.
 #[derive(Debug)]
 pub(super) struct RingLog {
@@ -53,6 +56,8 @@ impl RingLog {
             // Handed over at once, or never known.
             LinkPlan::Direct | LinkPlan::Tcp { .. } | LinkPlan::Serial { .. } => Duration::ZERO,
         };
+        let history_max =
+            if plan.lasers.is_empty() { history_max } else { history_max.max(SCAN_HISTORY) };
         Self {
             n_sonars,
             history: VecDeque::new(),
@@ -90,7 +95,7 @@ impl RingLog {
 
     /// What the last step brought.
     pub(super) fn sensed(&self) -> SensedStep<'_> {
-        SensedStep { reports: &self.reports, rows: &self.rows }
+        SensedStep { reports: &self.reports, rows: &self.rows, scans: &[] }
     }
 
     fn take_pose(&mut self, about: Stamp, odometry: &OdometryReading) {
@@ -125,7 +130,7 @@ impl RingLog {
     }
 
     /// Where it truly was, between two steps on the arc that leads from one to the other.
-    fn truth_at(&self, at: Stamp) -> Option<Se2> {
+    pub(super) fn truth_at(&self, at: Stamp) -> Option<Se2> {
         let after = self.history.iter().position(|&(stamp, _)| stamp >= at);
         let Some(after) = after else { return self.history.back().map(|&(_, pose)| pose) };
         let (end, to) = self.history[after];

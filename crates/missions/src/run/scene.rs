@@ -106,7 +106,7 @@ fn robot(plan: &RobotPlan, goal_tolerance_m: Option<f64>) -> SceneRobot {
         model: plan.model.title.clone(),
         footprint_m: plan.model.footprint.corners().to_vec(),
         sonars: plan.model.sonars.iter().take(N_SONARS_SHOWN).map(sonar).collect(),
-        scanners: Vec::new(),
+        scanners: plan.lasers.iter().map(super::scan_log::scene).collect(),
         start: plan.start,
         tag_readers_m: plan.tag_readers.iter().flat_map(|r| r.in_base.clone()).collect(),
         tag_range_m: plan.tag_readers.as_ref().map_or(0.0, |r| r.model.range_m),

@@ -80,7 +80,7 @@ fn robot(run: &Run, vehicle: &Vehicle, metrics: &RobotMetrics) -> ViewRobot {
         ellipse: [mind.ellipse.semi_major_m, mind.ellipse.semi_minor_m, mind.ellipse.yaw_rad],
         wheels_mps: [wheels.left_mps, wheels.right_mps],
         sonar_m: shown(base.ranges_m(), base.ranges_m().len()),
-        scans: Vec::new(),
+        scans: vehicle.scans().cloned().collect(),
         bubble_m: shown(&mind.bubble_limits_m, mind.n_sonars),
         phase: vehicle.phase_name(),
         task: vehicle.task(&mind),

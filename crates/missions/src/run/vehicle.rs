@@ -17,6 +17,7 @@ use super::{
     line::{Around, Line, Scratch, Traffic},
     orders::{OrderBy, Orders},
     ring_log::RingLog,
+    scan_log::ScanLog,
     tags::TagReaders,
     tap::Packet,
     teleoperator::Teleoperator,
@@ -28,7 +29,8 @@ use crate::{
     cut::{Direction, Line as Which},
     mission::Mission,
     node::{desk::GroundOrder, wiring},
-    view::{LogLevel, SceneLink},
+    sensing::step::SensedStep,
+    view::{LogLevel, SceneLink, ViewScan},
 };
 
 /// Wheels slower than this stand, m/s: ramps end at 0, and rounding leaves no more.
@@ -52,6 +54,7 @@ pub(super) struct Vehicle {
     telling: Telling,
     dialogue: Dialogue,
     ring_log: RingLog,
+    scan_log: ScanLog,
     commands: Vec<Command>,
     scratch: Scratch,
 }
@@ -87,6 +90,7 @@ impl Vehicle {
             telling: Telling::new(&plan.name, plan.path.is_some()),
             dialogue: Dialogue::default(),
             ring_log: RingLog::new(plan),
+            scan_log: ScanLog::new(plan),
             commands: Vec::with_capacity(16),
             scratch: Scratch::default(),
         })
@@ -196,7 +200,9 @@ impl Vehicle {
             }
         }
         let truth = self.body.map(|body| world.body(body).world_from_base.se2());
-        self.ring_log.step(now, truth, &self.scratch.observations);
+        let Self { ring_log, scan_log, scratch, .. } = self;
+        ring_log.step(now, truth, &scratch.observations);
+        scan_log.step(now, |about| ring_log.truth_at(about), &scratch.observations);
         self.look_back(now);
         self.tell();
     }
@@ -276,8 +282,17 @@ impl Vehicle {
     }
 
     /// What it sensed in the last step.
-    pub(super) fn ring_log(&self) -> &RingLog {
-        &self.ring_log
+    pub(super) fn sensed(&self) -> SensedStep<'_> {
+        SensedStep { scans: self.scan_log.rows(), ..self.ring_log.sensed() }
+    }
+
+    /// What each of its lasers saw last; nothing of one that is not heard any more.
+    pub(super) fn scans(&self) -> impl Iterator<Item = &ViewScan> {
+        let is_heard = |scan: &&ViewScan| {
+            let line = self.line(Which::Laser(scan.scanner as u8));
+            line.is_some_and(Line::is_connected)
+        };
+        self.scan_log.latest().filter(is_heard)
     }
 
     /// Whether it gave up for that reason, or for any, and the ground knows.

@@ -33,6 +33,37 @@ pub struct SensedStep<'a> {
     pub reports: &'a [PoseReport],
     /// The rows that became whole, oldest first.
     pub rows: &'a [RingRow],
+    /// The scans of its lasers that can be dated now, oldest first.
+    pub scans: &'a [ScanRow],
+}
+
+/// One scan of a laser, with a range for each beam of its fan, counter-clockwise.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ScanRow {
+    /// Which of the robot's lasers, from 0.
+    pub laser: usize,
+    /// When its first beam was fired, as well as the driver knows.
+    pub stamp: Stamp,
+    /// Dead reckoning at that time, as the navigator was told of it; `None` while that is not known.
+    pub odom_from_base: Option<Se2>,
+    /// The truth at that time; `None` for a robot elsewhere. For judging only.
+    pub world_from_base: Option<Se2>,
+    /// The ranges, metres; infinite where nothing came back or nothing is known.
+    pub ranges_m: Vec<f64>,
+    /// When each beam was fired.
+    pub stamps: Vec<Stamp>,
+}
+
+impl ScanRow {
+    /// The scan as recordings hold it.
+    pub fn to_scan(&self) -> Scan {
+        Scan {
+            stamp: self.stamp,
+            odom_from_base: self.odom_from_base,
+            ranges_m: self.ranges_m.clone(),
+            stamps: self.stamps.clone(),
+        }
+    }
 }
 
 impl RingRow {

@@ -17,7 +17,7 @@ use super::super::{
 };
 use super::{
     common::{Checked, line, point, pose, range, seconds, unique},
-    mind, ring, tags,
+    lasers, mind, ring, tags,
 };
 
 /// Times that a path may be driven.
@@ -81,6 +81,7 @@ fn group(key: &str, file: &RobotFile) -> Checked<Vec<RobotPlan>> {
     let navigator = Arc::new(mind::mind(key, file, &model, tag_readers.as_ref())?);
     let path = mind::path(key, &file.mind.how)?;
     let via = mind::via(key, &file.mind)?;
+    let lasers = lasers::lasers(key, file, &model, &link)?;
     let one = |n: usize| {
         let (column, row) = (n % file.row_length, n / file.row_length);
         let shift = Vec2::new(column as f64 * file.spacing_m[0], row as f64 * file.spacing_m[1]);
@@ -96,7 +97,7 @@ fn group(key: &str, file: &RobotFile) -> Checked<Vec<RobotPlan>> {
             path: path.clone(),
             via: via.clone(),
             tag_readers: tag_readers.clone(),
-            lasers: Vec::new(),
+            lasers: lasers.clone(),
             teleoperator: teleoperator.clone(),
         }
     };

@@ -166,7 +166,11 @@ fn line_event(
     has_server: bool,
 ) -> Checked<(Vec<usize>, Line, Direction)> {
     let at = |name: &str| format!("{key}.{name}");
-    let line: Line = chosen(&at("line"), &file.line)?;
+    let named = robots_named(key, &file.robot, robots)?;
+    let line = match laser(&at("line"), &file.line, named.iter().map(|&robot| &robots[robot]))? {
+        Some(laser) => laser,
+        None => chosen(&at("line"), &file.line)?,
+    };
     if line == Line::Pheromones && !has_server {
         let allowed = "another line, because the mission has no [pheromones]";
         return Err(Wrong::new(at("line"), &file.line, allowed));
@@ -178,7 +182,27 @@ fn line_event(
             picked(&at("direction"), given, words)?
         }
     };
-    Ok((robots_named(key, &file.robot, robots)?, line, direction))
+    Ok((named, line, direction))
+}
+
+/// The line of the laser of that name, if one of these robots has it; then all of them must.
+fn laser<'r>(
+    key: &str,
+    name: &str,
+    mut robots: impl Iterator<Item = &'r RobotPlan>,
+) -> Checked<Option<Line>> {
+    let of = |robot: &RobotPlan| robot.lasers.iter().position(|laser| laser.name == name);
+    let Some(first) = robots.next() else { return Ok(None) };
+    let number = of(first);
+    if let Some(other) = robots.find(|robot| of(robot) != number) {
+        let allowed = format!(
+            "a line that each of these robots has in the same place; `{}` and `{}` differ",
+            first.name, other.name
+        );
+        return Err(Wrong::new(key, name, allowed));
+    }
+    // A robot has a handful of lasers.
+    Ok(number.and_then(|number| u8::try_from(number).ok()).map(Line::Laser))
 }
 
 fn event(

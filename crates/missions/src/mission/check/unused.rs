@@ -102,6 +102,9 @@ fn robot(key: &str, file: &RobotFile, found: &mut Vec<String>) {
         idle(key, &keys, "count = 1: there are no rows of robots", found);
     }
     line(&format!("{key}.line"), &file.line, &LineFile::default(), found);
+    for (i, laser) in file.lasers.iter().enumerate() {
+        line(&format!("{key}.lasers[{i}].line"), &laser.line, &LineFile::laser(), found);
+    }
     mind(&format!("{key}.mind"), &file.mind, found);
 }
 

@@ -1,4 +1,4 @@
-//! Lines between nodes: `[robots.line]`, `[pheromones.line]`, `[decision.line]`.
+//! Lines between nodes: `[robots.line]`, `[robots.lasers.line]`, `[pheromones.line]`, `[decision.line]`.
 
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -46,6 +46,16 @@ impl LineFile {
     pub(super) fn radio() -> Self {
         Self { latency_ms: 5.0, ..Self::default() }
     }
+
+    /// A laser's cable: as fast as the device speaks.
+    pub(crate) fn laser() -> Self {
+        Self { baud: 0, ..Self::default() }
+    }
+}
+
+/// A line whose other keys are those of a laser's cable.
+pub(super) fn laser_line<'de, D: Deserializer<'de>>(from: D) -> Result<LineFile, D::Error> {
+    LineKeys::deserialize(from).map(|keys| keys.over(LineFile::laser()))
 }
 
 /// The keys of a line as far as they are written.
@@ -64,16 +74,21 @@ struct LineKeys {
 
 /// A line whose other keys are those of a radio modem, and not those of a cable.
 pub(super) fn radio_line<'de, D: Deserializer<'de>>(from: D) -> Result<LineFile, D::Error> {
-    let keys = LineKeys::deserialize(from)?;
-    let radio = LineFile::radio();
-    Ok(LineFile {
-        kind: keys.kind.unwrap_or(radio.kind),
-        baud: keys.baud.unwrap_or(radio.baud),
-        latency_ms: keys.latency_ms.unwrap_or(radio.latency_ms),
-        jitter_ms: keys.jitter_ms.unwrap_or(radio.jitter_ms),
-        loss_prob: keys.loss_prob.unwrap_or(radio.loss_prob),
-        corruption_prob: keys.corruption_prob.unwrap_or(radio.corruption_prob),
-        address: keys.address.unwrap_or(radio.address),
-        device: keys.device.unwrap_or(radio.device),
-    })
+    LineKeys::deserialize(from).map(|keys| keys.over(LineFile::radio()))
+}
+
+impl LineKeys {
+    /// What is not written is as in `usual`.
+    fn over(self, usual: LineFile) -> LineFile {
+        LineFile {
+            kind: self.kind.unwrap_or(usual.kind),
+            baud: self.baud.unwrap_or(usual.baud),
+            latency_ms: self.latency_ms.unwrap_or(usual.latency_ms),
+            jitter_ms: self.jitter_ms.unwrap_or(usual.jitter_ms),
+            loss_prob: self.loss_prob.unwrap_or(usual.loss_prob),
+            corruption_prob: self.corruption_prob.unwrap_or(usual.corruption_prob),
+            address: self.address.unwrap_or(usual.address),
+            device: self.device.unwrap_or(usual.device),
+        }
+    }
 }

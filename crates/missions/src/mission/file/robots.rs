@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{LineFile, MindFile, TagReadersFile};
+use super::{LaserFile, LineFile, MindFile, TagReadersFile};
 
 /// `[[robots]]`.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -31,6 +31,9 @@ pub struct RobotFile {
     /// `[robots.tag_readers]`: readers of tags in the floor; absent: none, unless it follows tags.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tag_readers: Option<TagReadersFile>,
+    /// `[[robots.lasers]]`: scanning lasers on its body.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub lasers: Vec<LaserFile>,
     /// `[robots.teleoperator]`: a person who drives it by hand; absent: nobody does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub teleoperator: Option<TeleoperatorFile>,
@@ -50,6 +53,7 @@ impl Default for RobotFile {
             line: LineFile::default(),
             mind: MindFile::default(),
             tag_readers: None,
+            lasers: Vec::new(),
             teleoperator: None,
         }
     }
