@@ -30,7 +30,7 @@ fn corridor() -> SegmentWorld {
         walls.push(segment(x, inner, x + 0.2, inner));
         walls.push(segment(x + 0.2, inner, x + 0.2, side));
     }
-    SegmentWorld::new(walls.into_iter().map(|wall| (wall, 0)).collect())
+    SegmentWorld::new(walls.into_iter().map(|wall| (wall, 0)))
 }
 
 fn scan(world: &SegmentWorld, pose: Se2, about: Stamp, n_beams: usize) -> PlanarScan {

@@ -7,6 +7,7 @@
 //! way, whether a turn is free, how far the robot may back off.
 
 mod lasers;
+mod touch;
 
 use std::time::Duration;
 
@@ -16,6 +17,7 @@ use obstacle_avoidance::{Bubble, EchoMemory, Footprint, RangeSensor};
 use run_context::Stamp;
 
 use lasers::Lasers;
+use touch::Touch;
 
 pub(crate) use lasers::{Sweep, sectors};
 
@@ -46,6 +48,8 @@ pub(crate) struct Surroundings {
     hears: bool,
     lasers: Lasers,
     contacts: Option<Contacts>,
+    /// It feels, and does not look where it goes.
+    touch: Option<Touch>,
     sensors: Vec<RangeSensor>,
     floors_m: Vec<f64>,
     bubble: Bubble,
@@ -72,6 +76,8 @@ impl Surroundings {
             hears,
             lasers: Lasers::new(&s.lasers, silent_after, &footprint, s.range_max_m),
             contacts: None,
+            touch: (s.avoidance == Avoidance::Contact)
+                .then(|| Touch::new(&s.contacts, &s.sensors, s.range_max_m)),
             sensors: s.sensors.clone(),
             floors_m: s.bubble_floors_m.clone(),
             bubble,
@@ -100,8 +106,10 @@ impl Surroundings {
 
     /// Takes the ranges of a ring that were measured around `pose`.
     pub(crate) fn take_ring(&mut self, about: Stamp, pose: Se2, ring: &Ring) {
-        let fresh = u32::from(ring.fresh);
-        self.echoes.observe(about, pose, &self.sensors, ring.ranges_m(), fresh);
+        if self.touch.is_none() {
+            let fresh = u32::from(ring.fresh);
+            self.echoes.observe(about, pose, &self.sensors, ring.ranges_m(), fresh);
+        }
         self.ring = Some(*ring);
     }
 
@@ -114,10 +122,13 @@ impl Surroundings {
 
     /// Whether the robot must not drive because what it looks with is silent: that is unseen, not free.
     pub(crate) fn is_blind(&self, now: Stamp) -> bool {
-        self.is_heeded && !self.hears && self.lasers.is_one_silent(now)
+        self.is_heeded && !self.hears && self.touch.is_none() && self.lasers.is_one_silent(now)
     }
 
-    pub(crate) fn take_contacts(&mut self, contacts: Contacts) {
+    pub(crate) fn take_contacts(&mut self, about: Stamp, contacts: Contacts) {
+        if let Some(touch) = &mut self.touch {
+            touch.take(about, contacts);
+        }
         self.contacts = Some(contacts);
     }
 
@@ -149,8 +160,11 @@ impl Surroundings {
         &self.sensors
     }
 
-    /// The latest ranges of its ring, or of the sectors of its lasers.
+    /// The latest ranges of its ring, or of the sectors of its lasers or of its skin.
     pub(crate) fn ring(&self) -> Option<&Ring> {
+        if let Some(touch) = &self.touch {
+            return Some(touch.heard());
+        }
         self.ring.as_ref().or(self.lasers.heard())
     }
 
@@ -238,7 +252,7 @@ impl Surroundings {
     /// Where the robot was switched on it has heard nothing beside its tail yet: what a side sensor
     /// hears then is taken to go on backwards, like a wall.
     pub(crate) fn tail_may_hit_a_wall(&self, at: &PoseEstimate, turn_rad: f64) -> bool {
-        if !self.is_heeded || at.driven_m >= KNOWS_ITS_SIDES_AFTER_M {
+        if !self.is_heeded || self.touch.is_some() || at.driven_m >= KNOWS_ITS_SIDES_AFTER_M {
             return false;
         }
         let footprint = &self.footprint;

@@ -12,7 +12,7 @@ use crate::{
     guard::Guard,
     health::Health,
     how::Route,
-    settings::{NavigatorSettings, default_bubble},
+    settings::{Avoidance, NavigatorSettings, default_bubble},
     where_am_i::Locator,
     where_to::Task,
 };
@@ -103,8 +103,9 @@ impl TryFrom<NavigatorSettings> for NavigatorConfig {
         })?;
         let hears = !settings.sensors.is_empty();
         settings.echoes.capacity += N_ECHOES_OF_LASER * settings.lasers.len();
-        if !hears && !settings.lasers.is_empty() {
-            // What is written for a ring of sonars holds for the sectors of a laser, too.
+        let feels = settings.avoidance == Avoidance::Contact;
+        if feels || !hears && !settings.lasers.is_empty() {
+            // What is written for a ring of sonars holds for the sectors of a laser or of a skin, too.
             let bubble = |sensor: &RangeSensor| default_bubble(sensor.bearing_rad);
             settings.sensors = sectors(&footprint);
             settings.bubble_gains = settings.sensors.iter().map(|s| bubble(s).0).collect();

@@ -79,8 +79,8 @@ pub use path_following::{PathController, TrailController};
 pub use phase::Phase;
 pub use says::{Says, Sentence};
 pub use settings::{
-    Avoidance, LaserMount, Method, N_TAG_READERS_MAX, NavigatorSettings, PoseMethod, TagController,
-    TagSettings,
+    Avoidance, ContactMounts, LaserMount, Method, N_TAG_READERS_MAX, NavigatorSettings, PoseMethod,
+    TagController, TagSettings,
 };
 pub use values::{PoseEstimate, PoseHealth};
 pub use view::NavigatorView;

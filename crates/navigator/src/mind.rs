@@ -139,7 +139,7 @@ impl Navigator {
             Sensed::Ring(ring) => {
                 self.around.take_ring(about, self.locator.estimate().pose, ring);
             }
-            Sensed::Contact(contacts) => self.around.take_contacts(*contacts),
+            Sensed::Contact(contacts) => self.around.take_contacts(about, *contacts),
             Sensed::Scan(scan) => {
                 return self.take_scan(now, observation, scan, all.beams(scan));
             }

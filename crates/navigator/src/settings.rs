@@ -9,7 +9,7 @@ use path_following::{
     PathController, TagFollowerConfig, TrailController, fuzzy::FuzzyConfig,
     fuzzy_listing::ListingConfig,
 };
-use robot_models::{DriveGeometry, OdometryNoise, RobotModel};
+use robot_models::{BumperMount, DriveGeometry, OdometryNoise, RobotModel};
 
 use crate::values::Limits;
 
@@ -103,6 +103,9 @@ pub enum Avoidance {
     Off,
     /// The thesis's bubble rebound: the bubble stops, the rebound heading leads away.
     Rebound,
+    /// Nothing but what touches the robot, for those that hear and see nothing: it stops at once, backs off where it came,
+    /// and rebounds from the side that was touched (extension).
+    Contact,
     /// The same machine, but what blocks and where to go around is checked against remembered
     /// echoes and the path ahead (extension).
     #[default]
@@ -112,6 +115,7 @@ pub enum Avoidance {
 settings::choices!(Avoidance {
     Checked = "checked": "a way around is checked against what was heard before",
     Rebound = "rebound": "the bubble rebound as the thesis has it",
+    Contact = "contact": "what touches: it backs off where it came and rebounds, for robots that hear nothing",
     Off = "off": "nothing; for experiments in empty worlds",
 });
 
@@ -122,6 +126,28 @@ pub struct LaserMount {
     pub device: DeviceId,
     /// Where it sits and which way its x axis looks (m, rad).
     pub base_from_sensor: Se2,
+}
+
+/// Where a robot feels that it touches something, or that there is no floor.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ContactMounts {
+    /// Of each bumper in the order of its bits: from where to where it is pressed, radians from straight ahead, the right
+    /// end first.
+    pub bumpers_rad: Vec<[f64; 2]>,
+    /// Where each cliff sensor looks at the floor (m, base frame), in the order of its bits.
+    pub cliffs_in_base: Vec<Vec2>,
+}
+
+impl ContactMounts {
+    /// Those of a robot of the catalogue.
+    fn of(model: &RobotModel) -> Self {
+        let devices = &model.devices;
+        let between = |mount: &BumperMount| mount.between_deg.map(f64::to_radians);
+        Self {
+            bumpers_rad: devices.bumpers.iter().map(between).collect(),
+            cliffs_in_base: devices.cliffs.iter().map(|mount| mount.place).collect(),
+        }
+    }
 }
 
 /// Settings as written; every field has a working default. Checked by `NavigatorConfig::try_from`.
@@ -213,6 +239,8 @@ pub struct NavigatorSettings {
     pub odometry_noise: OdometryNoise,
     /// Where its planar lasers are. A robot with lasers and without a ring of sonars stops while one of them is silent.
     pub lasers: Vec<LaserMount>,
+    /// Where its bumpers are pressed and its cliff sensors look, for [`Avoidance::Contact`].
+    pub contacts: ContactMounts,
     /// A laser that has sent no scan for so long is silent, seconds, from 0.1 to 10: what it looked at is unseen, not free.
     pub laser_limit_s: f64,
     /// Settings of the echo memory.
@@ -238,6 +266,7 @@ impl NavigatorSettings {
             sonar_round: model.ring.round(sensors.len()),
             sensors,
             outline_m: model.footprint.corners().to_vec(),
+            contacts: ContactMounts::of(model),
             drive: model.drive,
             speed_max_mps: model.limits.speed_max_mps,
             ..Self::default()
@@ -320,6 +349,7 @@ impl Default for NavigatorSettings {
             odometry_noise: OdometryNoise::default(),
             lasers: Vec::new(),
             laser_limit_s: 0.5,
+            contacts: ContactMounts::default(),
             echoes: EchoMemoryConfig::default(),
             detour: DetourConfig::default(),
         }

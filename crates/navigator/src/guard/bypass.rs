@@ -44,6 +44,9 @@ const LOOK_FOR: Duration = Duration::from_millis(1600);
 const RETREAT_MPS: f64 = 0.10;
 const RETREAT_LIMIT: Duration = Duration::from_secs(5);
 
+/// A robot that feels and does not look backs off until so little is left of the straight way that it came, metres.
+const BACK_OFF_LEFT_M: f64 = 0.02;
+
 /// How far to turn for another look when there is no room behind, and how long that takes.
 const LOOK_ASIDE_RAD: f64 = 0.8;
 const LOOK_ASIDE_FOR: Duration = Duration::from_millis(3500);
@@ -122,7 +125,11 @@ impl Bypass {
             method: s.avoidance,
             limits: s.limits(),
             detour: s.detour,
-            wait: Duration::from_secs_f64(s.wait_s),
+            // What touches does not go away by waiting.
+            wait: match s.avoidance {
+                Avoidance::Contact => Duration::ZERO,
+                _ => Duration::from_secs_f64(s.wait_s),
+            },
             obstacle: Obstacle::default(),
         })
     }
@@ -290,7 +297,7 @@ impl Bypass {
         let obstacle = match self.method {
             Avoidance::Off => Some(false),
             Avoidance::Rebound => None,
-            Avoidance::Checked => Some(is_blocked),
+            Avoidance::Checked | Avoidance::Contact => Some(is_blocked),
         };
         self.machine.step(&Inputs {
             now: scene.situation.now,
@@ -339,6 +346,12 @@ impl Bypass {
                 let aside_mps = DETOUR_PACE * cruise_mps.min(DETOUR_OF_MPS);
                 let most_mps = if aside { aside_mps } else { cruise_mps };
                 return Bypassing::Line { from, to, most_mps };
+            }
+            // Nobody looks behind: over the ground that it came, and no further.
+            Asked::BackOff
+                if self.method == Avoidance::Contact && at.straight_m < BACK_OFF_LEFT_M =>
+            {
+                helm.stop(commands);
             }
             Asked::BackOff => {
                 let wheels = WheelReference::straight(-SPEED_MIN_MPS);

@@ -57,6 +57,7 @@ impl Hazards {
     pub(crate) fn is_ahead(&self, scene: Scene<'_>, told: WheelReference) -> bool {
         match self.method {
             Avoidance::Off => false,
+            Avoidance::Contact => scene.around.is_touched(),
             Avoidance::Rebound => scene.around.bubble_is_hurt(scene.situation.at.speed_mps()),
             Avoidance::Checked => self.way_is_blocked(scene, told),
         }

@@ -16,8 +16,8 @@ use geometry::{
     SegmentWorld, Transform2, Twist, Vec2, wrap_to_pi,
 };
 use messages::{
-    Command, DeviceId, Motors, N_RING_MAX, Observations, OdometryReading, Order as GroundOrder,
-    Report, Ring, Sensed, Smell,
+    Command, Contacts, DeviceId, Motors, N_RING_MAX, Observations, OdometryReading,
+    Order as GroundOrder, Report, Ring, Sensed, Smell,
 };
 use navigator::{Navigator, NavigatorConfig, NavigatorSettings, Phase};
 use pheromones::{Field, SenseConfig};
@@ -39,6 +39,13 @@ pub struct Person {
     pub speed_mps: f64,
     pub starts: Stamp,
     pub yields: bool,
+}
+
+/// What a robot feels.
+#[derive(Clone, Copy)]
+pub struct Skin {
+    /// From that x on there is no floor, metres.
+    pub floor_ends_m: f64,
 }
 
 /// A planar laser of the bed's robot.
@@ -162,6 +169,8 @@ pub struct Bed {
     /// Allocations of the navigator's last step, if they are counted.
     pub n_allocations: u64,
     pub trace: bool,
+    /// Walls are solid, it has no sonars, and feels what it touches. From that x on there is no floor.
+    pub feels: Option<Skin>,
     /// A planar laser in the place of sonars.
     pub laser: Option<Laser>,
     pub goal: Se2,
@@ -194,7 +203,19 @@ impl Bed {
         start: Se2,
         seed: u64,
     ) -> Self {
-        let model = RobotModel::by_name("pioneer3dx").unwrap();
+        Self::of("pioneer3dx", settings, walls, field, start, seed)
+    }
+
+    /// The same with another robot of the catalogue.
+    pub fn of(
+        robot: &str,
+        settings: impl FnOnce(NavigatorSettings) -> NavigatorSettings,
+        walls: Vec<(Segment, u32)>,
+        field: Field,
+        start: Se2,
+        seed: u64,
+    ) -> Self {
+        let model = RobotModel::by_name(robot).unwrap();
         let settings = settings(NavigatorSettings::for_robot(&model));
         let config = NavigatorConfig::try_from(settings).unwrap();
         let navigator = Navigator::new(config, Transform2::<Map, Odom>::new(start));
@@ -235,6 +256,7 @@ impl Bed {
             count_allocations: false,
             n_allocations: 0,
             trace: false,
+            feels: None,
             laser: None,
             goal: Se2::new(8.0, 0.0, 0.0),
             model,
@@ -291,6 +313,9 @@ impl Bed {
         if ms.is_multiple_of(100) {
             self.report_status();
         }
+        if ms.is_multiple_of(20) {
+            self.feel();
+        }
         if ms.is_multiple_of(100) {
             self.scan();
         }
@@ -333,11 +358,17 @@ impl Bed {
         let velocity = drive.body_velocity(self.wheels);
         let seconds = step.as_secs_f64();
         self.figures.way_m += velocity.linear_mps.abs() * seconds;
-        self.world_from_base = self.world_from_base.compose(Se2::exp(Twist {
+        let before = self.world_from_base;
+        self.world_from_base = before.compose(Se2::exp(Twist {
             dx_m: velocity.linear_mps * seconds,
             dy_m: 0.0,
             dyaw_rad: velocity.angular_radps * seconds,
         }));
+        if self.feels.is_some() && self.scene.walls.touches_polygon(self.outline().corners()) {
+            // Its wheels slip; it turns where it is.
+            let yaw_rad = self.world_from_base.yaw_rad;
+            self.world_from_base = Se2::new(before.x_m, before.y_m, yaw_rad);
+        }
     }
 
     /// One sensor of each array, as the real ring does.
@@ -350,6 +381,31 @@ impl Bed {
             self.fresh |= 1 << index;
         }
         self.next_sensor = (self.next_sensor + 1) % 8;
+    }
+
+    /// The bumpers and cliff sensors of a round robot, as often as it streams.
+    fn feel(&mut self) {
+        let Some(skin) = self.feels else { return };
+        let devices = &self.model.devices;
+        let radius_m = self.model.bounding_radius_m();
+        let is_pressed = |bearing_deg: f64| {
+            let away = Se2::new(0.0, 0.0, bearing_deg.to_radians()).heading() * radius_m;
+            let at = self.world_from_base.transform_point(away);
+            self.scene.walls.nearest_distance(at, 0.008).is_some()
+        };
+        let mut contacts = Contacts::default();
+        for (bit, bumper) in devices.bumpers.iter().enumerate() {
+            let [right_deg, left_deg] = bumper.between_deg;
+            let mut bearings =
+                (0..=20).map(|k| right_deg + (left_deg - right_deg) * f64::from(k) / 20.0);
+            contacts.bumpers |= u16::from(bearings.any(is_pressed)) << bit;
+        }
+        for (bit, cliff) in devices.cliffs.iter().enumerate() {
+            let no_floor = self.world_from_base.transform_point(cliff.place).x > skin.floor_ends_m;
+            contacts.cliffs |= u8::from(no_floor) << bit;
+        }
+        let arrives = self.now + Duration::from_millis(20);
+        self.pending.push((arrives, self.now, Sensed::Contact(contacts)));
     }
 
     /// A laser that looks all at once and is heard of in the next step.
@@ -392,7 +448,7 @@ impl Bed {
             wheel_speeds: self.wheels,
             moving: self.wheels != WheelSpeeds::ZERO,
         };
-        if self.laser.is_some() {
+        if self.laser.is_some() || self.feels.is_some() {
             let arrives = self.now + Duration::from_millis(20);
             self.pending.push((arrives, self.now, Sensed::Odometry(odometry)));
             return;

@@ -100,8 +100,8 @@ pub(super) fn hears_ahead(key: &str, file: &GuardFile, model: &RobotModel) -> Ch
     let ahead = |mount: &SonarMount| {
         mount.base_from_sensor.se2().yaw_rad.abs().to_degrees() < AHEAD_MAX_DEG
     };
-    let off = Avoidance::Off.key();
-    if file.method == off || model.sonars.iter().any(ahead) {
+    let (off, contact) = (Avoidance::Off.key(), Avoidance::Contact.key());
+    if file.method == off || file.method == contact || model.sonars.iter().any(ahead) {
         return Ok(());
     }
     let found = format!(
@@ -109,7 +109,7 @@ pub(super) fn hears_ahead(key: &str, file: &GuardFile, model: &RobotModel) -> Ch
         file.method,
         model.sonars.len()
     );
-    let allowed = format!("\"{off}\", or a ring with a sonar that looks ahead");
+    let allowed = format!("\"{off}\", \"{contact}\", or a ring with a sonar that looks ahead");
     Err(Wrong::prose(format!("{key}.mind.guard.method"), found, allowed))
 }
 
