@@ -186,6 +186,10 @@ mod tests {
         let (panels, layers) = keys(&of_run(&scene("one-obstacle")));
         assert_eq!(panels, ["avoider", "plots", "wire", "figures"]);
         assert!(!layers.contains(&"pheromones"), "{layers:?}");
+        let (_, layers) = keys(&of_run(&scene("laser-ward")));
+        assert!(layers.contains(&"laser"), "{layers:?}");
+        let (_, layers) = keys(&of_run(&scene("tag-trail")));
+        assert!(layers.contains(&"tags"), "{layers:?}");
         let plots = |mission| plots(&scene(mission)).iter().map(|p| p.id).collect::<Vec<_>>();
         assert!(plots("doorbell").contains(&"smell") && !plots("one-obstacle").contains(&"smell"));
     }

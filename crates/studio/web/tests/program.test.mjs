@@ -113,6 +113,17 @@ programTest("one page looks back while the run goes on and another sees nothing 
   }
 });
 
+programTest("a mission with a laser shows its scans where they were taken, echoes on the walls", async ({ page, complaints }) => {
+  assert.equal(await page.locator("[data-layer=laser]").count(), 1);
+  await ensure(page, true);
+  await page.waitForFunction(() => window.cairn.state().robots.some(({ scans }) => (scans?.[0]?.[2].length ?? 0) > 300), null, { timeout: 60_000 });
+  const [scanner, at, beams] = await page.evaluate(() => window.cairn.state().robots.find(({ scans }) => scans)?.scans[0]);
+  const bytes = Buffer.from(beams, "base64");
+  const echoes = Array.from({ length: bytes.length / 2 }, (_, i) => bytes.readUInt16LE(2 * i)).filter((beam) => beam > 0 && beam < 65535);
+  assert.ok(scanner === 0 && at.every(Number.isFinite) && echoes.length > 20, `${echoes.length} echoes`);
+  assert.deepEqual(complaints, []);
+}, { args: ["run", "laser-ward"] });
+
 programTest("keys drive the real robot, and a closed page stops it", async ({ page, studio }) => {
   await ensure(page, true);
   await untilTime(page, 1);
