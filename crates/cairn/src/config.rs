@@ -32,7 +32,12 @@ fn words(key: &str) -> anyhow::Result<()> {
     let meant: Vec<_> = lists.iter().filter(|list| is_meant(list.key)).collect();
     if meant.is_empty() {
         let keys = lists.iter().map(|list| list.key);
-        let like = settings::did_you_mean(key, keys.clone());
+        // The last two names say as much as the whole key, and are sooner written.
+        let ends = keys.clone().filter_map(|key| {
+            let (before, _) = key.rsplit_once('.')?;
+            Some(before.rsplit_once('.').map_or(key, |(tables, _)| &key[tables.len() + 1..]))
+        });
+        let like = settings::did_you_mean(key, keys.clone().chain(ends));
         let like = like.map(|like| format!("did you mean `{like}`? ")).unwrap_or_default();
         let all: Vec<&str> = keys.collect();
         bail!("no key called `{key}` chooses among a few; {like}those that do: {}", all.join(", "));

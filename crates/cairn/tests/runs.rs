@@ -196,6 +196,38 @@ fn the_printed_configuration_is_a_mission() {
 }
 
 #[test]
+fn the_words_of_a_key_are_printed_with_what_they_are() {
+    let place = Place::new();
+    let words = place.cairn("config robots.mind.how.method").fine().out;
+    assert_eq!(place.cairn("config how.method").fine().out, words);
+    let rows: Vec<Vec<&str>> = words.lines().map(|row| row.split_whitespace().collect()).collect();
+    let first: Vec<&str> = rows.iter().map(|row| row[1]).collect();
+    assert_eq!(first, ["trail", "straight", "path", "tags"], "{words}");
+    assert!(rows.iter().all(|row| row[0] == "robots.mind.how.method" && row.len() > 3), "{words}");
+    // Three lines, the words of each.
+    assert_eq!(place.cairn("config line.kind").fine().out.lines().count(), 4 + 2 + 2);
+    place.cairn("config guard.methd").refused(2, &["guard.methd", "did you mean `guard.method`?"]);
+    place.cairn("config mission.seed").refused(2, &["mission.seed", "world.unknown"]);
+}
+
+#[test]
+fn old_words_are_refused_with_their_new_names() {
+    let place = Place::new();
+    place.write("old.toml", "[[robots]]\n[robots.navigator]\nroute = \"direct\"\n");
+    place.cairn("check old.toml").refused(
+        2,
+        &[
+            "old.toml:3:1: robots[0].navigator.route",
+            "robots.mind.how.method",
+            "`direct` is now `straight`",
+        ],
+    );
+    place
+        .cairn("run one-obstacle --headless --set robots.link.kind=direct")
+        .refused(2, &["robots.link.kind: this key is now robots.line.kind"]);
+}
+
+#[test]
 fn experiments_are_listed_and_repeat_their_tables_on_any_number_of_threads() {
     let place = Place::new();
     let list = place.cairn("reproduce").fine().out;

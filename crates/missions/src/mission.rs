@@ -156,6 +156,11 @@ impl Mission {
         Self::build(origin, text, overrides, &Shelf::Shipped)
     }
 
+    /// The text of a mission of an older version in the words of today, and how many it had otherwise; `None` if none.
+    pub(crate) fn translated(text: &str) -> Option<(String, usize)> {
+        moved::translated(text)
+    }
+
     /// A decision program or map that shipped missions name, such as `doorbell.rdpl`.
     pub fn shipped_file(name: &str) -> Option<&'static str> {
         shipped::FILES.iter().find(|file| file.path == name).and_then(shipped::ShippedFile::text)

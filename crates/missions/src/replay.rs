@@ -31,22 +31,6 @@ pub enum ReplayError {
         /// What is wrong.
         problem: String,
     },
-    /// The recording is of an older version, whose missions have other words.
-    #[error(
-        "{}: was recorded by an older version (Cairn {version}), in whose missions {n_words} keys or words have other \
-         names: {first}; replay it with that version, or run its mission anew with the new names",
-        path.display()
-    )]
-    OlderWords {
-        /// The file.
-        path: PathBuf,
-        /// The version that wrote it.
-        version: String,
-        /// How many keys and words were called otherwise.
-        n_words: usize,
-        /// The first of them and its new name.
-        first: String,
-    },
     /// The recorded mission cannot be loaded.
     #[error("the recorded mission cannot be loaded: {0}")]
     Mission(#[from] MissionError),
@@ -141,6 +125,8 @@ pub struct Replay {
     truncation: Option<String>,
     /// Whether settings were changed: then it runs to its own verdict.
     is_changed: bool,
+    /// Keys and words of its mission that are called otherwise today.
+    n_old_words: usize,
 }
 
 impl Replay {
@@ -202,20 +188,14 @@ impl Replay {
             );
             return Err(wrong(problem));
         }
-        let mission = Mission::parse("the recorded mission", &head.mission, overrides);
+        // A recording stays one, whatever keys are called today.
+        let (text, n_old_words) =
+            Mission::translated(&head.mission).unwrap_or_else(|| (head.mission.clone(), 0));
+        let mission = Mission::parse("the recorded mission", &text, overrides);
         let mission = match mission {
             // A mission that was loaded when it was recorded is unreadable because its text is not what it was.
             Err(e) if overrides.is_empty() && !contents.damage.is_empty() => {
                 return Err(wrong(format!("its mission cannot be loaded ({e})")));
-            }
-            // What is set now is refused as it is for any mission.
-            Err(MissionError::Moved { lines }) if lines.iter().all(|l| !l.starts_with("--set")) => {
-                return Err(ReplayError::OlderWords {
-                    path: path.to_owned(),
-                    version: head.cairn.clone(),
-                    n_words: lines.len(),
-                    first: lines.first().cloned().unwrap_or_default(),
-                });
             }
             mission => mission?,
         };
@@ -240,6 +220,7 @@ impl Replay {
             damage: contents.damage,
             truncation: contents.truncation,
             is_changed: !overrides.is_empty(),
+            n_old_words,
         })
     }
 
@@ -261,10 +242,16 @@ impl Replay {
     /// Who wrote the recording, if it was not this build.
     fn other_build(&self) -> Option<String> {
         let Head { cairn, build, format, .. } = &self.head;
+        let words = match self.n_old_words {
+            0 => String::new(),
+            n => format!(
+                ", in whose mission {n} keys or words had other names, which were read as those of today"
+            ),
+        };
         match build.as_str() {
             BUILD => None,
-            "" => Some(format!("Cairn {cairn}, an earlier build (layout {format})")),
-            build => Some(format!("Cairn {cairn}, build {build}")),
+            "" => Some(format!("Cairn {cairn}, an earlier build (layout {format}){words}")),
+            build => Some(format!("Cairn {cairn}, build {build}{words}")),
         }
     }
 

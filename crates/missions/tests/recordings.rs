@@ -36,6 +36,39 @@ fn record(path: &Path, steps: u64) -> u64 {
     hash
 }
 
+/// A recording of the last build before the words changed.
+#[test]
+fn a_recording_with_older_words_is_read_with_those_of_today_and_says_so() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cases/older-words.mcap");
+    let path = std::path::Path::new(file);
+    let mut replay = Replay::open(path).unwrap();
+    let report = replay.run_to_end();
+    assert_eq!((report.steps, report.steps_recorded), (10, Some(10)));
+    let build = report.other_build.unwrap();
+    assert!(build.contains("keys or words had other names"), "{build}");
+    assert!(replay.notes().iter().any(|note| note.contains("read as those of today")));
+    // The mission is the one that it was.
+    let mission = replay.run().mission();
+    let written = [
+        "line.kind=direct",
+        "mind.how.method=straight",
+        "mind.where_am_i.method=tag_fixes",
+        "mind.follow.tags.law=gradient",
+    ];
+    let sets: Vec<String> = written.iter().map(|set| format!("robots.{set}")).collect();
+    let same = Mission::parse("same", &mission.to_toml(), &sets).unwrap();
+    assert_eq!(same.file(), mission.file());
+    // What is set now is answered as ever.
+    let set = ["robots.navigator.route=direct".to_owned()];
+    let told = Replay::open_with(path, &set).map(|_| ()).unwrap_err().to_string();
+    assert!(
+        told.contains(
+            "--set robots.navigator.route=direct: robots.navigator.route: this key is now"
+        ),
+        "{told}"
+    );
+}
+
 #[test]
 fn a_replay_has_the_same_hash_at_every_step() {
     let folder = tempfile::tempdir().unwrap();

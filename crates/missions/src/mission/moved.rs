@@ -2,7 +2,10 @@
 //!
 //! A recording of an older version has them in the mission at its head.
 
-use toml::{Spanned, de::DeTable, de::DeValue};
+use toml::{
+    Spanned, Table, Value,
+    de::{DeTable, DeValue},
+};
 
 /// A key, with the tables on the way to it and without indices, and what it is called now.
 struct Key {
@@ -190,6 +193,88 @@ fn word_of(value: &DeValue<'_>) -> Option<String> {
         DeValue::String(text) => Some(text.to_string()),
         DeValue::Boolean(truth) => Some(truth.to_string()),
         _ => None,
+    }
+}
+
+/// The mission of an older recording in the words of today, and how many were others; `None` if none was, or it is no TOML.
+pub(super) fn translated(text: &str) -> Option<(String, usize)> {
+    let n_old = in_text("", text).len();
+    if n_old == 0 {
+        return None;
+    }
+    let mut root: Table = toml::from_str(text).ok()?;
+    let first_robot = root.get("robots").and_then(|robots| robots.get(0)?.get("name"));
+    let first_robot = first_robot.cloned().unwrap_or_else(|| Value::String("robot".to_owned()));
+    for row in KEYS {
+        let (old, new): (Vec<&str>, Vec<&str>) =
+            (row.old.split('.').collect(), row.new.split('.').collect());
+        let ([head, old @ ..], [_, new @ ..]) = (&old[..], &new[..]) else { continue };
+        for table in tables_of(&mut root, head) {
+            let Some(value) = take(table, old) else { continue };
+            if *new == ["on_path", "rms_max_m"] {
+                // It spoke of the first robot only.
+                let one =
+                    [("robot".to_owned(), first_robot.clone()), ("rms_max_m".to_owned(), value)];
+                put(table, &new[..1], Value::Array(vec![Value::Table(one.into_iter().collect())]));
+            } else {
+                put(table, new, value);
+            }
+        }
+    }
+    for word in WORDS {
+        let key: Vec<&str> = word.key.split('.').collect();
+        let [head, key @ ..] = &key[..] else { continue };
+        for table in tables_of(&mut root, head) {
+            match take(table, key) {
+                Some(Value::String(text)) if text == word.old => put(table, key, word.new.into()),
+                Some(Value::Boolean(is)) if is.to_string() == word.old => {
+                    put(table, key, word.new.into());
+                }
+                Some(other) => put(table, key, other),
+                None => {}
+            }
+        }
+    }
+    Some((toml::to_string(&root).ok()?, n_old))
+}
+
+/// The table of that name, or all of an array.
+fn tables_of<'t>(root: &'t mut Table, name: &str) -> Vec<&'t mut Table> {
+    match root.get_mut(name) {
+        Some(Value::Table(table)) => vec![table],
+        Some(Value::Array(array)) => array.iter_mut().filter_map(Value::as_table_mut).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// Takes what stands at a key, with the tables on the way to it, out of a table.
+fn take(table: &mut Table, key: &[&str]) -> Option<Value> {
+    match key {
+        [] => None,
+        [last] => table.remove(*last),
+        [first, rest @ ..] => take(table.get_mut(*first)?.as_table_mut()?, rest),
+    }
+}
+
+/// Puts a value there; a table's keys are added to those of a table.
+fn put(table: &mut Table, key: &[&str], value: Value) {
+    match (key, value) {
+        ([], _) => {}
+        ([last], Value::Table(more)) => {
+            let there = table.entry(*last).or_insert_with(|| Value::Table(Table::new()));
+            if let Value::Table(there) = there {
+                there.extend(more);
+            }
+        }
+        ([last], value) => {
+            table.insert((*last).to_owned(), value);
+        }
+        ([first, rest @ ..], value) => {
+            let inner = table.entry(*first).or_insert_with(|| Value::Table(Table::new()));
+            if let Value::Table(inner) = inner {
+                put(inner, rest, value);
+            }
+        }
     }
 }
 

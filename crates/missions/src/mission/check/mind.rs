@@ -18,8 +18,11 @@ use super::{
     ring, tags,
 };
 
-/// A Pioneer's watchdog as it leaves the factory, seconds; a line without bytes loses nothing.
-const WATCHDOG_S: f64 = 2.0;
+/// A robot without a watchdog that goes deaf is believed to go on for so long, seconds: until somebody stops it.
+const UNWATCHED_S: f64 = 2.0;
+
+/// The navigator looks no farther ahead than a robot gets that goes on for so long, seconds.
+const WATCHDOG_MAX_S: f64 = 10.0;
 
 /// Longest control period along a path, ms.
 const PATH_PERIOD_MAX_MS: u32 = 500;
@@ -68,13 +71,22 @@ pub(super) fn mind(
         )?,
         heading_tolerance_rad: within_deg.to_radians(),
         range_max_m: robot.sonar.range_max_m,
-        watchdog_s: if robot.line.kind == LineKind::Direct.key() { 0.0 } else { WATCHDOG_S },
+        watchdog_s: watchdog_s(robot, model),
         ..with_limits(key, &file.health, NavigatorSettings::for_robot(model))?
     };
     // What the ranges above let through and the navigator still refuses is said in its own words.
     NavigatorConfig::try_from(settings).map_err(|e| {
         Wrong::prose(format!("{key}.mind"), e.to_string(), "settings that fit together")
     })
+}
+
+/// How long the robot goes on with its last command when its line is cut; a line without bytes loses nothing.
+fn watchdog_s(robot: &RobotFile, model: &RobotModel) -> f64 {
+    if robot.line.kind == LineKind::Direct.key() {
+        return 0.0;
+    }
+    let watchdog = model.line.as_ref().and_then(|line| line.watchdog);
+    watchdog.map_or(UNWATCHED_S, |watchdog| watchdog.as_secs_f64().min(WATCHDOG_MAX_S))
 }
 
 fn control_period_ms(key: &str, file: &MindFile, method: Method) -> Checked<u32> {

@@ -106,3 +106,37 @@ fn words_of_today_are_no_old_ones() {
     assert_eq!(in_text("x", "[[robots]]\nline.kind = \"direct\"\n"), Vec::<String>::new());
     assert_eq!(in_text("x", "no = = toml"), Vec::<String>::new());
 }
+
+/// What every old key says is found again at its new place.
+#[test]
+fn every_old_key_and_word_is_translated() {
+    for Key { old, new } in KEYS {
+        let (text, n_old) = translated(&with(old, "7")).unwrap();
+        assert_eq!((n_old, in_text("x", &text).len()), (1, 0), "{old}: {text}");
+        let root = Value::Table(toml::from_str(&text).unwrap());
+        let place = new.split('.').try_fold(&root, |at, name| match at.get(name)? {
+            Value::Array(array) => array.first(),
+            inner => Some(inner),
+        });
+        assert_eq!(place.and_then(Value::as_integer), Some(7), "{new}: {text}");
+    }
+    for Word { key, old, new } in WORDS {
+        let (text, _) = translated(&with(key, &format!("\"{old}\""))).unwrap();
+        assert!(text.contains(&format!("\"{new}\"")) && in_text("x", &text).is_empty(), "{text}");
+    }
+    let old = "[[robots]]\nname = \"a\"\n[robots.navigator]\nspeed_mps = 0.2\nfuzzy.error_full = 9\ntags.corrects_pose = \
+               false\ntags.hold_m = 0.4\n[[robots]]\nname = \"b\"\n[success]\ncross_track_rms_max_m = 0.1\n";
+    let (text, n_old) = translated(old).unwrap();
+    assert_eq!(n_old, 4);
+    let file: MissionFile = toml::from_str(&text).unwrap();
+    let mind = &file.robots[0].mind;
+    assert_eq!(
+        (mind.follow.fuzzy.error_full, mind.where_am_i.method.as_str()),
+        (9, "dead_reckoning")
+    );
+    assert!((mind.follow.speed_mps - 0.2).abs() + (mind.follow.tags.hold_m - 0.4).abs() < 1e-12);
+    assert_eq!(file.success.on_path[0].robot, "a");
+    // Nothing is done where nothing is old, or nothing is TOML.
+    assert_eq!(translated(&text), None);
+    assert_eq!(translated("no = = toml"), None);
+}
