@@ -149,7 +149,7 @@ pub(crate) fn main(args: &Args) -> anyhow::Result<ExitCode> {
 }
 
 fn query(args: &Args, mission: &Mission, from: &str, to: &str) -> anyhow::Result<Query> {
-    let floor = Floor::of_mission(mission, mission.seed(), args.cell)?;
+    let floor = Floor::of_mission(mission, args.cell)?;
     let place = |option: &str, text: &str| {
         let numbers = text.split(',').map(|n| n.trim().parse::<f64>());
         if let Ok(numbers) = numbers.collect::<Result<Vec<_>, _>>()

@@ -69,11 +69,15 @@ pub enum FailureReason {
     BadGoal,
     /// The robot stands beside its goal and does not get within the tolerance.
     MissedGoal,
+    /// The goal is solid, outside or too narrow on the map that is planned on.
+    GoalBlocked,
+    /// No way leads to the goal on the map that is planned on.
+    NoWay,
 }
 
 impl FailureReason {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::NoTrail,
         Self::NoTrailToGoal,
         Self::TrailLost,
@@ -85,6 +89,8 @@ impl FailureReason {
         Self::ServerSilent,
         Self::BadGoal,
         Self::MissedGoal,
+        Self::GoalBlocked,
+        Self::NoWay,
     ];
 
     /// The word for it in files.
@@ -101,6 +107,8 @@ impl FailureReason {
             Self::ServerSilent => "server_silent",
             Self::BadGoal => "bad_goal",
             Self::MissedGoal => "missed_goal",
+            Self::GoalBlocked => "goal_blocked",
+            Self::NoWay => "no_way",
         }
     }
 
@@ -118,6 +126,8 @@ impl FailureReason {
             Self::ServerSilent => "the pheromone server does not answer",
             Self::BadGoal => "the goal is not a pose",
             Self::MissedGoal => "cannot stand as near to its goal as asked",
+            Self::GoalBlocked => "the goal has no room for it on its map",
+            Self::NoWay => "no way leads there on its map",
         }
     }
 }

@@ -1,4 +1,4 @@
-//! *How*: the way to the goal, by one of four methods, what lies ahead on it and how fast it may be driven.
+//! *How*: the way to the goal, by one of five methods, what lies ahead on it and how fast it may be driven.
 //!
 //! A method is a file below and a line in `Method`. What it finds is a preview, point by point, and what is to be done
 //! next: a `Leg`. It stands beside the wheels: `follow` drives, `guard` stops.
@@ -7,6 +7,7 @@ mod by_tags;
 mod given_path;
 mod inquiry;
 mod leg;
+mod planned;
 mod preview;
 mod scout;
 mod scouted;
@@ -17,6 +18,7 @@ use std::time::Duration;
 use geometry::{Se2, Vec2, wrap_to_pi};
 use messages::{Command, FailureReason, TagRead};
 use path_following::{Path, SettingError};
+use path_planning::MapPlanner;
 use run_context::Stamp;
 
 use crate::{
@@ -27,6 +29,7 @@ use crate::{
 };
 use by_tags::ByTags;
 use given_path::GivenPath;
+use planned::Planned;
 use preview::Preview;
 use scouted::{Answer, ScoutedTrail};
 
@@ -49,6 +52,8 @@ enum Method {
     /// Nothing until it is given.
     Path(Option<GivenPath>),
     Tags(Box<ByTags>),
+    /// Nothing until there is a map.
+    Planned(Option<Box<Planned>>),
 }
 
 /// The part; see the module.
@@ -73,6 +78,7 @@ impl Route {
             settings::Method::Direct => Method::Straight,
             settings::Method::Path => Method::Path(None),
             settings::Method::Tags => Method::Tags(Box::new(tags)),
+            settings::Method::Map => Method::Planned(None),
         };
         Ok(Self {
             method,
@@ -100,6 +106,7 @@ impl Route {
             Method::Straight => "straight",
             Method::Path(_) => "along the path that was given",
             Method::Tags(_) => "along the tags in the floor",
+            Method::Planned(_) => "along the way that it planned on its map",
         };
         Sentence::By { method, ahead_m: self.preview.ahead_m() }
     }
@@ -110,6 +117,32 @@ impl Route {
             let path = given.insert(GivenPath::new(path, s));
             self.preview.reserve(path.n_preview_points());
         }
+    }
+
+    /// The map that the planning method plans on; the others need none.
+    pub(crate) fn set_map(&mut self, map: MapPlanner, s: &NavigatorSettings) {
+        if let Method::Planned(planned) = &mut self.method {
+            *planned = Some(Box::new(Planned::new(map, s)));
+        }
+    }
+
+    /// The path that is followed, given or planned.
+    fn path(&self) -> Option<&GivenPath> {
+        match &self.method {
+            Method::Path(path) => path.as_ref(),
+            Method::Planned(planned) => planned.as_ref()?.path(),
+            Method::Trail(_) | Method::Straight | Method::Tags(_) => None,
+        }
+    }
+
+    /// The same, and the preview beside it.
+    fn path_mut(&mut self) -> Option<(&mut GivenPath, &mut Preview)> {
+        let path = match &mut self.method {
+            Method::Path(path) => path.as_mut(),
+            Method::Planned(planned) => planned.as_mut()?.path_mut(),
+            Method::Trail(_) | Method::Straight | Method::Tags(_) => None,
+        };
+        Some((path?, &mut self.preview))
     }
 
     /// The robot went from one pose to the next.
@@ -161,13 +194,27 @@ impl Route {
         match &mut self.method {
             Method::Straight => (Leg::Straight, false),
             Method::Path(Some(path)) => path.begin(situation, &mut self.preview),
-            Method::Path(None) => (Leg::Failed(FailureReason::NoTrail), false),
+            Method::Path(None) | Method::Planned(None) => {
+                (Leg::Failed(FailureReason::NoTrail), false)
+            }
+            Method::Planned(Some(planned)) => planned.begin(situation, &mut self.preview),
             Method::Tags(tags) => {
                 tags.begin(situation.goal_point());
                 (tags.look(situation.at.pose, &mut self.preview), false)
             }
             Method::Trail(_) => (self.look(situation), false),
         }
+    }
+
+    /// Another way from where the robot stands, around what it has heard and its map does not know; `None` where it plans
+    /// none, or has planned often enough.
+    pub(crate) fn plan_anew(
+        &mut self,
+        situation: &Situation,
+        around: &Surroundings,
+    ) -> Option<Leg> {
+        let Method::Planned(Some(planned)) = &mut self.method else { return None };
+        planned.plan_anew(situation, around, &mut self.preview)
     }
 
     /// Begins to look for the way from where the robot stands.
@@ -178,7 +225,7 @@ impl Route {
                 Leg::Look
             }
             Method::Tags(tags) => tags.look(situation.at.pose, &mut self.preview),
-            Method::Straight | Method::Path(_) => Leg::Rest,
+            Method::Straight | Method::Path(_) | Method::Planned(_) => Leg::Rest,
         }
     }
 
@@ -187,7 +234,7 @@ impl Route {
         match &mut self.method {
             Method::Trail(trail) => trail.aim(situation, around, &mut self.preview),
             Method::Tags(tags) => tags.aim(situation, around),
-            Method::Straight | Method::Path(_) => Leg::Rest,
+            Method::Straight | Method::Path(_) | Method::Planned(_) => Leg::Rest,
         }
     }
 
@@ -195,12 +242,13 @@ impl Route {
     pub(crate) fn advance(&mut self, situation: &Situation) -> bool {
         match &mut self.method {
             Method::Trail(_) => ScoutedTrail::advance(situation, &mut self.preview),
-            Method::Path(Some(path)) => path.advance(&situation.at, &mut self.preview),
             Method::Tags(_) => {
                 self.preview.clear();
                 false
             }
-            Method::Straight | Method::Path(None) => false,
+            Method::Straight | Method::Path(_) | Method::Planned(_) => {
+                self.path_mut().is_some_and(|(path, preview)| path.advance(&situation.at, preview))
+            }
         }
     }
 
@@ -214,10 +262,12 @@ impl Route {
         let preview = &mut self.preview;
         match &mut self.method {
             Method::Trail(trail) => trail.follow(situation, around, preview, is_blocked),
-            Method::Path(Some(path)) => path.follow(situation, around, is_blocked),
-            Method::Path(None) => Leg::Failed(FailureReason::NoTrail),
             Method::Tags(tags) => tags.follow(situation, around, preview, is_blocked),
             Method::Straight => Leg::Rest,
+            Method::Path(_) | Method::Planned(_) => match self.path_mut() {
+                Some((path, _)) => path.follow(situation, around, is_blocked),
+                None => Leg::Failed(FailureReason::NoTrail),
+            },
         }
     }
 
@@ -232,17 +282,20 @@ impl Route {
         match &mut self.method {
             Method::Trail(trail) => trail.search(situation, around, is_blocked, since),
             Method::Tags(tags) => tags.search(situation, around, is_blocked),
-            Method::Straight | Method::Path(_) => Leg::Rest,
+            Method::Straight | Method::Path(_) | Method::Planned(_) => Leg::Rest,
         }
     }
 
     /// The turn that it asked for is done; what next.
     pub(crate) fn turned(&mut self) -> Leg {
         match &mut self.method {
-            Method::Path(Some(path)) => path.set_aligned(false),
             Method::Tags(tags) => tags.turned(),
             Method::Trail(_) => return Leg::TakeUp,
-            Method::Straight | Method::Path(None) => {}
+            Method::Straight | Method::Path(_) | Method::Planned(_) => {
+                if let Some((path, _)) = self.path_mut() {
+                    path.set_aligned(false);
+                }
+            }
         }
         Leg::Rest
     }
@@ -252,9 +305,10 @@ impl Route {
         let position = situation.at.position();
         match &mut self.method {
             Method::Trail(trail) => trail.take_up(situation, &mut self.preview),
-            Method::Path(Some(path)) => path.take_up(position, &mut self.preview),
             Method::Tags(_) => self.preview.advance(position, scouted::RESUME_POINTS),
-            Method::Straight | Method::Path(None) => false,
+            Method::Straight | Method::Path(_) | Method::Planned(_) => {
+                self.path_mut().is_some_and(|(path, preview)| path.take_up(position, preview))
+            }
         }
     }
 
@@ -286,10 +340,7 @@ impl Route {
 
     /// The piece of the given path, at most as fast as the way allows.
     pub(crate) fn course(&self, situation: &Situation, way_mps: f64) -> Option<CourseLeg<'_>> {
-        match &self.method {
-            Method::Path(Some(path)) => Some(path.course(situation, way_mps)),
-            _ => None,
-        }
+        Some(self.path()?.course(situation, way_mps))
     }
 
     /// Asks the server what is to be asked next.

@@ -5,7 +5,7 @@
 //! allocates nothing once it runs; equal inputs give equal commands. Whoever owns it connects it to a
 //! real robot or to a simulated one, and it cannot tell which.
 //!
-//! A goal is reached by one of four [`Method`]s. On a pheromone trail the robot asks the server
+//! A goal is reached by one of five [`Method`]s. On a pheromone trail the robot asks the server
 //! about its own pose every control period and steers by the difference of two antennas (the
 //! thesis, 5.3 and 7.4). Before it sets out a *scout* asks about places at which nobody is: it
 //! walks the network of trails branch by branch, so that the robot knows the shortest way although
@@ -14,6 +14,8 @@
 //!
 //! A trail may also lie in the floor, as intensities in radio tags: a part of its own follows it by two readers, without
 //! server and scout, and corrects the robot's pose by the coordinates that the tags store.
+//!
+//! On a map that it was given it plans the way itself when it gets its goal, as wide as can be had, and drives it as a path.
 //!
 //! # Seven parts
 //!
@@ -25,7 +27,7 @@
 //! | `where_am_i` | where am I? | odometry, tags | [`PoseEstimate`] |
 //! | `around` | what is around? | rings, scans, contacts | answers: what stands on a way, is a turn free |
 //! | `where_to` | where to? | orders | `Goal`, the task's clock and progress |
-//! | `how` | how? by one of four [`Method`]s | answers of the server, tags | a preview, and a `Leg`: what is to be done next on it, how fast |
+//! | `how` | how? by one of five [`Method`]s | answers of the server, tags | a preview, and a `Leg`: what is to be done next on it, how fast |
 //! | `follow` | with which law? | a leg's line, course or scent | a `Motion` of the wheels |
 //! | `guard` | may it? | a motion, a way | the same, slowed, stopped or replaced: commands |
 //! | `health` | does it still make sense? | link, motors | a reason to give up |
@@ -51,7 +53,8 @@
 //! a file in the part's folder and a line in its enum.
 //!
 //! Every phase has a limit, and running into one is visible: [`Report::Failed`](messages::Report::Failed) with a
-//! [`FailureReason`](messages::FailureReason). When not to use it: it plans no path off the trails and knows no map of obstacles.
+//! [`FailureReason`](messages::FailureReason). When not to use it: it plans
+//! on the map that it was given, and does not plan anew around what is not on it.
 //!
 //! Source: the thesis (Susnea, c. 2009, Univ. Galati), 1.2, 5.3, 6.3, 7.4, 7.5 and its Annex C;
 //! the scout, waiting before persons and the check of detours against remembered echoes are

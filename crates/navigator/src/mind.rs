@@ -11,6 +11,7 @@ use messages::{
 };
 use obstacle_avoidance::State;
 use path_following::{Path, WheelReference};
+use path_planning::MapPlanner;
 use run_context::Stamp;
 use sensor_models::ScanBeam;
 
@@ -81,6 +82,11 @@ impl Navigator {
     /// The path (m, map) that the path method follows to its goal, from start to goal.
     pub fn set_path(&mut self, path_in_map: Path) {
         self.route.set_path(path_in_map, self.config.settings());
+    }
+
+    /// The map that the planning method finds its ways on.
+    pub fn set_map(&mut self, map: MapPlanner) {
+        self.route.set_map(map, self.config.settings());
     }
 
     /// Replaces the place of the robot's dead reckoning in the map, as a localiser found it.

@@ -72,6 +72,8 @@ pub enum Method {
     Path,
     /// Over a trail of tags in the floor (the thesis, 5.3.2).
     Tags,
+    /// Along a way that is planned on the map given by `Navigator::set_map` (extension).
+    Map,
 }
 
 settings::choices!(Method {
@@ -79,6 +81,7 @@ settings::choices!(Method {
     Direct = "straight": "in a straight line",
     Path = "path": "along the corners that are given",
     Tags = "tags": "over a trail of radio tags in the floor",
+    Map = "map": "along a way that it plans on the map of its world",
 });
 
 /// What says where the robot is.

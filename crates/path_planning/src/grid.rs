@@ -107,6 +107,14 @@ impl GridSearch {
         Self { floor, nodes, open: Open::default(), effort: Effort::default() }
     }
 
+    /// Goes on with another floor, and the same memory.
+    pub fn set_floor(&mut self, floor: FreeFloor) {
+        if floor.n_nodes() != self.floor.n_nodes() {
+            self.nodes = Nodes::new(floor.n_nodes());
+        }
+        self.floor = floor;
+    }
+
     /// The floor.
     pub fn floor(&self) -> &FreeFloor {
         &self.floor

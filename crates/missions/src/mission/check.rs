@@ -56,7 +56,7 @@ pub(super) fn check(file: &MissionFile) -> Checked<Parts> {
                 let allowed = "another method, because the mission has no [tags]";
                 return Err(Wrong::new(key, word, allowed));
             }
-            Method::Trail | Method::Direct | Method::Path | Method::Tags => {}
+            Method::Trail | Method::Direct | Method::Path | Method::Tags | Method::Map => {}
         }
     }
     let events = tasks::events(file, &devices, &robots)?;

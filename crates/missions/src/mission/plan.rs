@@ -23,6 +23,8 @@ use crate::{
 pub(crate) struct WorldPlan {
     pub(crate) bounds: [f64; 4],
     pub(crate) walls: Vec<(Segment, u32)>,
+    /// So many of them, the first, are the borders of the map's solid cells.
+    pub(crate) n_borders: usize,
     pub(crate) points: Vec<(Vec2, u32)>,
     pub(crate) point_size_m: f64,
     /// The map that walls and points came from, without them.

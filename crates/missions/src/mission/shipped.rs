@@ -55,6 +55,7 @@ pub(crate) const MISSIONS: &[ShippedMission] = shipped![
     "link-cut",
     "server-lost",
     "ward-call",
+    "ward-rounds",
     "workshop",
     "laser-ward",
     "create-errand",

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use decision::MoveReport;
 use geometry::Transform2;
 use messages::{BaseState, Command, FailureReason};
-use navigator::{Navigator, NavigatorView, Phase};
+use navigator::{Method, Navigator, NavigatorView, Phase};
+use path_planning::MapPlanner;
 use robot_models::{RobotModel, WheelSpeeds};
 use run_context::{RunSeed, Stamp, StateHash};
 use simulator::{BodyId, World};
@@ -27,6 +28,7 @@ use super::{
 use crate::{
     asked::Asked,
     cut::{Direction, Line as Which},
+    floor::Floor,
     mission::Mission,
     node::{desk::GroundOrder, wiring},
     sensing::step::SensedStep,
@@ -74,6 +76,14 @@ impl Vehicle {
             navigator.set_path(path.clone());
         }
         navigator.set_intermediate_goals(plan.via.clone());
+        let plans = plan.navigator.settings().method == Method::Map;
+        if plans {
+            let refused =
+                |problem: String| RunError::Settings { robot: plan.name.clone(), problem };
+            let floor = Floor::of_mission(mission, None).map_err(|e| refused(e.to_string()))?;
+            let map = MapPlanner::new(&floor.solid, floor.cell_m, floor.world_from_floor);
+            navigator.set_map(map.ok_or_else(|| refused("the map has no cells".to_owned()))?);
+        }
         Ok(Self {
             name: plan.name.clone(),
             body,
@@ -87,7 +97,7 @@ impl Vehicle {
             hand: Hand::default(),
             orders: Orders::default(),
             base: BaseState::default(),
-            telling: Telling::new(&plan.name, plan.path.is_some()),
+            telling: Telling::new(&plan.name, plans || plan.path.is_some()),
             dialogue: Dialogue::default(),
             ring_log: RingLog::new(plan),
             scan_log: ScanLog::new(plan),

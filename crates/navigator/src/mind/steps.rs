@@ -286,8 +286,25 @@ impl Navigator {
                 self.name_phase();
             }
             Bypassing::Reached => self.end_bypass(now, commands),
-            Bypassing::Failed(reason) => self.fail(reason, now, commands),
+            Bypassing::Failed(reason) => self.give_up_way(reason, now, commands),
         }
+    }
+
+    /// The way cannot be driven: another one is planned, if it plans, or the task fails.
+    fn give_up_way(&mut self, reason: FailureReason, now: Stamp, commands: &mut Vec<Command>) {
+        let planned = match reason {
+            FailureReason::Blocked => self.route.plan_anew(&self.situation(now), &self.around),
+            _ => None,
+        };
+        let Some(leg) = planned else {
+            self.fail(reason, now, commands);
+            return;
+        };
+        self.guard.stop(commands);
+        self.guard.forget_task(now);
+        self.follow.restart();
+        self.task.note_progress(now);
+        self.carry_out(leg, now, commands);
     }
 
     fn name_phase(&mut self) {

@@ -79,6 +79,10 @@ impl BitRows {
         self.words[(bit / WORD) as usize] &= !(1 << (bit % WORD));
     }
 
+    fn block(&mut self, bit: u32) {
+        self.words[(bit / WORD) as usize] |= 1 << (bit % WORD);
+    }
+
     #[inline]
     pub(crate) fn is_blocked(&self, bit: u32) -> bool {
         self.words[(bit / WORD) as usize] >> (bit % WORD) & 1 != 0
@@ -135,6 +139,27 @@ impl FreeFloor {
         Self::new(&squared, |squared| {
             squared == 0 || radius_cells > 0.0 && f64::from(squared) < limit
         })
+    }
+
+    /// Blocks the cells whose middles are within so many cells of the middle of a cell; those outside are anyway.
+    pub fn block_disc(&mut self, centre: Cell, radius_cells: f64) {
+        let reach = radius_cells.clamp(0.0, 1e4).floor() as i32;
+        for row in -reach..=reach {
+            for column in -reach..=reach {
+                let (dx, dy) = (f64::from(column), f64::from(row));
+                let there = Cell {
+                    column: centre.column.saturating_add(column),
+                    row: centre.row.saturating_add(row),
+                };
+                if dx * dx + dy * dy <= radius_cells * radius_cells
+                    && let Some(node) = self.node(there)
+                {
+                    let turned = self.turned(node);
+                    self.rows.block(node);
+                    self.columns.block(turned);
+                }
+            }
+        }
     }
 
     /// Cells of a row.

@@ -51,6 +51,7 @@ pub(super) fn add(plan: &mut WorldPlan, file: &WorldFile, material: u32) -> Chec
         plan.bounds = [drawn.min.x, drawn.min.y, drawn.max.x, drawn.max.y];
     }
     plan.walls.extend(mem::take(&mut map.walls).into_iter().map(|wall| (wall, material)));
+    plan.n_borders = if map.cells().is_some() { plan.walls.len() } else { 0 };
     plan.points.extend(mem::take(&mut map.points).into_iter().map(|point| (point, material)));
     plan.point_size_m = map.point_size_m;
     plan.map = Some(Arc::new(map));

@@ -94,8 +94,8 @@ fn control_period_ms(key: &str, file: &MindFile, method: Method) -> Checked<u32>
     if !(50..=2000).contains(&period_ms) || !period_ms.is_multiple_of(10) {
         return Err(Wrong::new(at, period_ms, "a multiple of 10 from 50 to 2000 ms"));
     }
-    if method == Method::Path && period_ms > PATH_PERIOD_MAX_MS {
-        let allowed = "at most 500 ms where how.method = \"path\": seen more seldom, a path is left by metres";
+    if matches!(method, Method::Path | Method::Map) && period_ms > PATH_PERIOD_MAX_MS {
+        let allowed = "at most 500 ms where how.method = \"path\" or \"map\": seen more seldom, a path is left by metres";
         return Err(Wrong::new(at, period_ms, allowed));
     }
     Ok(period_ms)

@@ -145,11 +145,12 @@ fn mind(key: &str, file: &MindFile, found: &mut Vec<String>) {
     let word = method.key();
     if method != Method::Path {
         let why = format!("how.method = \"{word}\"; `path` reads them");
-        let keys = [
-            ("how.path_m", !how.path_m.is_empty()),
-            ("follow.path_law", follow.path_law != usual.follow.path_law),
-        ];
-        idle(key, &keys, &why, found);
+        idle(key, &[("how.path_m", !how.path_m.is_empty())], &why, found);
+    }
+    if !matches!(method, Method::Path | Method::Map) {
+        let why = format!("how.method = \"{word}\"; `path` and `map` read them");
+        let own_law = follow.path_law != usual.follow.path_law;
+        idle(key, &[("follow.path_law", own_law)], &why, found);
     }
     if method != Method::Tags {
         let why = format!("how.method = \"{word}\"; `tags` reads them");
