@@ -136,7 +136,7 @@ fn a_method_that_does_not_exist_is_answered_with_those_that_do() {
     check_added(
         "guard.method = \"bug2\"\n",
         &expect![[
-            r#"small.toml:15:16: robots[0].mind.guard.method = "bug2": must be one of `checked`, `rebound`, `off`"#
+            r#"small.toml:15:16: robots[0].mind.guard.method = "bug2": must be one of `checked`, `rebound`, `contact`, `off`"#
         ]],
     );
     check(
