@@ -33,9 +33,9 @@ pub struct Estimate {
     /// Around that pose: of its group where that has nine tenths of the weight, else of all particles.
     pub covariance: PoseCovariance,
     /// Part of the beams that end where the map has something, at that pose; 1 before the first correction.
-    pub agreement: f64,
+    pub agreement_ratio: f64,
     /// Part of the weight that is in the heaviest group.
-    pub share: f64,
+    pub share_ratio: f64,
     /// In a word.
     pub health: Health,
 }
@@ -59,10 +59,10 @@ impl Estimate {
         let heading_std_rad = variance(2).sqrt();
         let known = position_std_m <= SURE_POSITION_STD_M
             && heading_std_rad <= SURE_HEADING_STD_RAD
-            && self.share >= SURE_SHARE;
-        let health = if self.agreement < LOST_AGREEMENT {
+            && self.share_ratio >= SURE_SHARE;
+        let health = if self.agreement_ratio < LOST_AGREEMENT {
             Health::Lost
-        } else if known && self.agreement >= SURE_AGREEMENT {
+        } else if known && self.agreement_ratio >= SURE_AGREEMENT {
             Health::Sure
         } else {
             Health::Unsure

@@ -152,8 +152,8 @@ impl ParticleFilter {
             estimate: Estimate {
                 map_from_base: Transform2::new(Se2::IDENTITY),
                 covariance: PoseCovariance::zero(),
-                agreement: 1.0,
-                share: 1.0,
+                agreement_ratio: 1.0,
+                share_ratio: 1.0,
                 health: Health::Unsure,
             },
         };
@@ -214,7 +214,7 @@ impl ParticleFilter {
         self.used.clear();
         self.used.extend_from_slice(ends_in_base);
         self.describe();
-        let (n_drawn, n_random) = self.draw(self.estimate.agreement);
+        let (n_drawn, n_random) = self.draw(self.estimate.agreement_ratio);
         self.doubt(n_random as f64 > DOUBT_RATIO * n_drawn as f64);
         Correction { n_drawn, n_random, ..none }
     }
@@ -264,7 +264,7 @@ impl ParticleFilter {
             return (0, 0);
         }
         self.spread.take(self.poses.iter().copied());
-        let wanted = n_for(self.occupied_bins(), self.config.kld_max);
+        let wanted = n_for(self.occupied_bins(), self.config.kld_max_nats);
         let n = (wanted.ceil() as usize).clamp(self.config.n_min, self.config.n_max);
         let n_random = (random_ratio * n as f64) as usize;
         self.drawn.clear();
@@ -340,8 +340,8 @@ impl ParticleFilter {
         self.estimate = Estimate {
             map_from_base: Transform2::new(mean),
             covariance: PoseCovariance(covariance),
-            agreement,
-            share,
+            agreement_ratio: agreement,
+            share_ratio: share,
             health: Health::Unsure,
         }
         .with_health();
@@ -350,7 +350,7 @@ impl ParticleFilter {
     /// Keeps a robot that may be anywhere from being sure before it has proved itself.
     fn doubt(&mut self, may_be_anywhere: bool) {
         let way_m = std::mem::take(&mut self.way_m);
-        let Estimate { health, agreement, .. } = self.estimate;
+        let Estimate { health, agreement_ratio: agreement, .. } = self.estimate;
         if health == Health::Lost || may_be_anywhere && agreement < FAIR_AGREEMENT {
             self.proven_m = 0.0;
         } else if self.proven_m < PROOF_M {

@@ -13,19 +13,10 @@ use crate::protocol::{
     ScannerInfo, SonarInfo, State, TagsInfo, ThingInfo, TimerState, TraceItem, VerdictInfo,
     WorldInfo,
 };
-use crate::{beams, description};
+use crate::{beams, crowd::n_robots_in_full, description};
 
 /// Seconds per step of a run.
 const STEP_S: f64 = 0.01;
-/// With more robots than this, only the first is told in full.
-const N_ROBOTS_IN_FULL_MAX: usize = 12;
-
-/// How many robots are told in full; the others are a crowd of poses.
-pub(crate) fn n_robots_in_full(scene: &Scene) -> usize {
-    let n_robots = scene.robots.len();
-    if n_robots > N_ROBOTS_IN_FULL_MAX { 1 } else { n_robots }
-}
-
 /// The page needs no more digits than a tenth of a millimetre, and numbers are most of a message.
 fn rounded(value: f64) -> f64 {
     (value * 1e4).round() / 1e4

@@ -7,55 +7,14 @@
 use missions::{PLOTS, SIGNALS, Scene, Signal};
 use serde::Serialize;
 
+mod item;
 mod mission;
 mod survey;
 
+pub(crate) use item::SurveyHas;
+use item::{Layer, Panel};
 use mission::{RUN_LAYERS, RUN_PANELS};
 use survey::{SURVEY_LAYERS, SURVEY_PANELS};
-
-/// A panel beside the map. `S` is what a session has.
-struct Panel<S> {
-    /// Its name.
-    pub key: &'static str,
-    /// What its tab says.
-    pub title: &'static str,
-    /// The key that brings it to the front.
-    pub digit: u8,
-    /// The row of tabs, from above.
-    pub row: usize,
-    /// A sentence for the guide.
-    #[cfg_attr(not(test), expect(dead_code, reason = "a test writes it into the guide"))]
-    pub about: &'static str,
-    is_offered: fn(&S) -> bool,
-}
-
-/// A part of the picture that can be switched off.
-struct Layer<S> {
-    /// Its name.
-    pub key: &'static str,
-    /// What the list says.
-    pub label: &'static str,
-    /// The colour beside it, as style sheets write it.
-    pub colour: &'static str,
-    /// Whether it is shown until somebody switches it off.
-    pub is_on: bool,
-    /// How it looks, for the guide.
-    #[cfg_attr(not(test), expect(dead_code, reason = "a test writes it into the guide"))]
-    pub looks: &'static str,
-    /// What it is, for the guide.
-    #[cfg_attr(not(test), expect(dead_code, reason = "a test writes it into the guide"))]
-    pub about: &'static str,
-    is_offered: fn(&S) -> bool,
-}
-
-/// What a survey has.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct SurveyHas {
-    /// Ranges of a ring of sonars; else of a laser.
-    pub sonar: bool,
-    /// True poses.
-    pub truth: bool,
-}
 
 /// What a page can offer of a session.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -99,7 +58,7 @@ pub(crate) struct PlotInfo {
     pub id: &'static str,
     pub title: &'static str,
     pub unit: &'static str,
-    pub per_si: f64,
+    pub per_si_ratio: f64,
     pub least: [f64; 2],
     pub empty: &'static str,
 }
@@ -133,7 +92,7 @@ pub(crate) fn plots(scene: &Scene) -> Vec<PlotInfo> {
         id: plot.id,
         title: plot.title,
         unit: plot.unit,
-        per_si: plot.per_si,
+        per_si_ratio: plot.per_si_ratio,
         least: plot.least,
         empty: plot.empty,
     });

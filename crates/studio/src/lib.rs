@@ -11,6 +11,7 @@
 
 mod beams;
 mod convert;
+mod crowd;
 mod description;
 mod door;
 mod edges;

@@ -18,6 +18,7 @@ use tokio::sync::{broadcast, oneshot, watch};
 
 use crate::{
     convert::{self, Pace},
+    crowd,
     edges::Edges,
     history::History,
     library::Library,
@@ -297,7 +298,7 @@ impl Runner {
     }
 
     fn frames_per_state(&self) -> u64 {
-        let is_crowd = convert::n_robots_in_full(&self.scene) < self.scene.robots.len();
+        let is_crowd = crowd::n_robots_in_full(&self.scene) < self.scene.robots.len();
         if is_crowd { FRAMES_PER_STATE_OF_CROWD } else { 1 }
     }
 
@@ -613,9 +614,9 @@ impl Runner {
         let run = self.session.run_mut();
         self.scene = run.scene();
         // A crowd has no links to look at.
-        run.set_trace(convert::n_robots_in_full(&self.scene) == self.scene.robots.len());
+        run.set_trace(crowd::n_robots_in_full(&self.scene) == self.scene.robots.len());
         self.edges = Edges::of(run);
-        let in_full = convert::n_robots_in_full(&self.scene);
+        let in_full = crowd::n_robots_in_full(&self.scene);
         let states = !self.session.is_replay();
         {
             let mut past = self.past.lock().unwrap_or_else(PoisonError::into_inner);

@@ -55,7 +55,7 @@ pub struct Plot {
     /// The unit of its axis; empty for none.
     pub unit: &'static str,
     /// Its axis counts so many of a signal's value: 1000 for metres shown as millimetres.
-    pub per_si: f64,
+    pub per_si_ratio: f64,
     /// What its axis shows at least, in its unit, so that a calm run does not look wild.
     pub least: [f64; 2],
     /// What is said while there is no value.
@@ -115,7 +115,7 @@ pub const PLOTS: [Plot; 5] = [
         id: "cross",
         title: "Cross-track error",
         unit: "mm",
-        per_si: 1000.0,
+        per_si_ratio: 1000.0,
         least: [-50.0, 50.0],
         empty: "no path is being followed",
         is_offered: has_robot,
@@ -124,7 +124,7 @@ pub const PLOTS: [Plot; 5] = [
         id: "wheels",
         title: "Wheel speeds",
         unit: "mm/s",
-        per_si: 1000.0,
+        per_si_ratio: 1000.0,
         least: [0.0, 350.0],
         empty: "no robot",
         is_offered: has_robot,
@@ -133,7 +133,7 @@ pub const PLOTS: [Plot; 5] = [
         id: "smell",
         title: "Pheromone intensity",
         unit: "",
-        per_si: 1.0,
+        per_si_ratio: 1.0,
         least: [0.0, 10.0],
         empty: "no pheromones sensed",
         is_offered: |scene| scene.pheromones.is_some() || scene.tags.is_some(),
@@ -142,7 +142,7 @@ pub const PLOTS: [Plot; 5] = [
         id: "clearance",
         title: "Clearance",
         unit: "m",
-        per_si: 1.0,
+        per_si_ratio: 1.0,
         least: [0.0, 1.0],
         empty: "not known of this robot",
         is_offered: has_robot,
@@ -151,7 +151,7 @@ pub const PLOTS: [Plot; 5] = [
         id: "place",
         title: "Localisation",
         unit: "mm",
-        per_si: 1000.0,
+        per_si_ratio: 1000.0,
         least: [0.0, 50.0],
         empty: "no robot",
         is_offered: has_robot,

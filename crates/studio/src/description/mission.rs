@@ -2,7 +2,8 @@
 
 use missions::Scene;
 
-use super::{Layer, Panel};
+use super::item::{Layer, Panel};
+use crate::crowd::n_robots_in_full;
 
 fn has_robot(scene: &Scene) -> bool {
     !scene.robots.is_empty()
@@ -57,7 +58,7 @@ pub(super) const RUN_PANELS: [Panel<Scene>; 6] = [
         row: 1,
         about: "every packet between the nodes, decoded; lines are cut and mended here",
         is_offered: |scene| {
-            !scene.links.is_empty() && crate::convert::n_robots_in_full(scene) == scene.robots.len()
+            !scene.links.is_empty() && n_robots_in_full(scene) == scene.robots.len()
         },
     },
     Panel {

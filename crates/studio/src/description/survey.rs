@@ -1,6 +1,6 @@
 //! What a survey's page can show.
 
-use super::{Layer, Panel, SurveyHas};
+use super::item::{Layer, Panel, SurveyHas};
 
 /// The panels of a survey.
 pub(super) const SURVEY_PANELS: [Panel<SurveyHas>; 5] = [

@@ -39,7 +39,7 @@ export interface PlotInfo {
   title: string;
   unit: string;
   /** The axis counts so many of a signal's value. */
-  per_si: number;
+  per_si_ratio: number;
   /** Range shown at least, in the unit of the axis. */
   least: [number, number];
   /** What is said when no value has come yet. */

@@ -109,7 +109,7 @@ export class PlotsPanel {
     for (const { spec, curves, holder, plot } of this.shown) {
       if (!plot) continue;
       const [t_s, ...columns] = this.store.series.since(from_s, curves.map(({ id }) => id));
-      const data = [t_s, ...columns.map((column) => column.map((value) => (value === null ? null : value * spec.per_si)))];
+      const data = [t_s, ...columns.map((column) => column.map((value) => (value === null ? null : value * spec.per_si_ratio)))];
       holder.classList.toggle("is-empty", !columns.some((column) => column.some((value) => value !== null)));
       plot.batch(() => {
         plot.setData(thinned(data) as uPlot.AlignedData, false);
