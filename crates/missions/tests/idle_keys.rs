@@ -80,7 +80,8 @@ fn keys_that_nothing_reads_are_warned_of() {
     for (middle, told) in [
         (format!("{link}{DIRECT}"), "robots[0].line: baud, loss_prob do nothing"),
         (format!("{memory}{DIRECT}"), "robots[0].line: address does nothing"),
-        (format!("{DIRECT}{path}"), "robots[0].mind: how.path_m, follow.path_law do nothing"),
+        (format!("{DIRECT}{path}"), "robots[0].mind: how.path_m does nothing"),
+        (format!("{DIRECT}{path}"), "robots[0].mind: follow.path_law does nothing"),
         (
             format!("{on_path}follow.trail_law = \"listing\"\n"),
             "robots[0].mind: follow.trail_law does nothing",
@@ -93,7 +94,12 @@ fn keys_that_nothing_reads_are_warned_of() {
         assert!(said.contains(told), "{told}: {said}");
     }
     // None of them where they are read.
-    for middle in [format!("{on_path}follow.path_law = \"pure_pursuit\"\n"), DIRECT.to_owned()] {
+    let on_map = "[robots.mind]\nhow.method = \"map\"\nfollow.path_law = \"pure_pursuit\"\n[[world.walls]]\nline_m = [[0.0, 9.0], [9.0, 9.0]]\n";
+    for middle in [
+        format!("{on_path}follow.path_law = \"pure_pursuit\"\n"),
+        on_map.to_owned(),
+        DIRECT.to_owned(),
+    ] {
         assert_eq!(warnings(&format!("{HEAD}{middle}{GOAL}{ARRIVED}")), "");
     }
 }

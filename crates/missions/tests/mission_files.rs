@@ -143,7 +143,7 @@ fn a_method_that_does_not_exist_is_answered_with_those_that_do() {
         SMALL,
         &["robots.mind.how.method=teleport"],
         &expect![[
-            r#"--set robots.mind.how.method=teleport: robots[0].mind.how.method = "teleport": must be one of `trail`, `straight`, `path`, `tags`"#
+            r#"--set robots.mind.how.method=teleport: robots[0].mind.how.method = "teleport": must be one of `trail`, `straight`, `path`, `tags`, `map`"#
         ]],
     );
     check(

@@ -176,7 +176,7 @@ mod tests {
         let mut cells = Window::filled(area, false).unwrap();
         for row in 0..height as i32 {
             for column in 0..width as i32 {
-                let border = row < 2 || row >= 62 || column < 2 || column >= 122;
+                let border = !(2..62).contains(&row) || !(2..122).contains(&column);
                 let in_door = (f64::from(row) + 0.5 - 32.0).abs() < 0.5 * door_m / 0.05;
                 let wall = (61..63).contains(&column) && !in_door;
                 *cells.get_mut(Cell::new(column, row)).unwrap() = border || wall;

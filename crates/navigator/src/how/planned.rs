@@ -34,7 +34,7 @@ pub(crate) struct Planned {
 
 impl Planned {
     pub(crate) fn new(map: MapPlanner, settings: &NavigatorSettings) -> Self {
-        let radius_m = settings.outline_m.iter().map(|corner| corner.norm()).fold(0.0, f64::max);
+        let radius_m = settings.outline_m.iter().map(Vec2::norm).fold(0.0, f64::max);
         Self {
             map,
             settings: settings.clone(),

@@ -1,6 +1,7 @@
 //! Checks of `[[robots.lasers]]`.
 
 use geometry::{Se2, Vec2};
+use navigator::LaserMount;
 use robot_models::RobotModel;
 use sensor_models::LaserKind;
 use settings::{Choice as _, chosen};
@@ -12,10 +13,10 @@ use super::super::{
     words::LineKind,
 };
 use super::common::{Checked, line, range, unique};
-use crate::cut::Line;
+use crate::{cut::Line, node::laser::device};
 
 /// Lasers of one robot at most.
-const N_LASERS_MAX: usize = 8;
+const N_LASERS_MAX: usize = 4;
 /// What a SICK is asked to speak at where nothing is said: the fastest of a usual serial port.
 const SICK_BAUD: u32 = 38_400;
 
@@ -34,6 +35,15 @@ pub(super) fn lasers(
     }
     let one = |(i, laser)| laser_plan(&format!("{table}[{i}]"), laser, model, base);
     file.lasers.iter().enumerate().map(one).collect()
+}
+
+/// Where a robot's mind has its lasers.
+pub(super) fn mounts(lasers: &[LaserPlan]) -> Vec<LaserMount> {
+    let mount = |(number, laser): (usize, &LaserPlan)| LaserMount {
+        device: device(number),
+        base_from_sensor: laser.base_from_sensor,
+    };
+    lasers.iter().enumerate().map(mount).collect()
 }
 
 fn laser_plan(

@@ -1,7 +1,7 @@
 //! Checks of `[robots.mind]`.
 
 use geometry::Vec2;
-use navigator::{Avoidance, Method, NavigatorConfig, NavigatorSettings};
+use navigator::{Avoidance, LaserMount, Method, NavigatorConfig, NavigatorSettings};
 use obstacle_avoidance::Variant;
 use path_following::{Path, PathController, TrailController};
 use robot_models::RobotModel;
@@ -33,6 +33,7 @@ pub(super) fn mind(
     robot: &RobotFile,
     model: &RobotModel,
     readers: Option<&TagReadersPlan>,
+    lasers: Vec<LaserMount>,
 ) -> Checked<NavigatorConfig> {
     let file = &robot.mind;
     let (where_to, how, follow, guard) = (&file.where_to, &file.how, &file.follow, &file.guard);
@@ -71,6 +72,7 @@ pub(super) fn mind(
         )?,
         heading_tolerance_rad: within_deg.to_radians(),
         range_max_m: robot.sonar.range_max_m,
+        lasers,
         watchdog_s: watchdog_s(robot, model),
         ..with_limits(key, &file.health, NavigatorSettings::for_robot(model))?
     };

@@ -78,10 +78,11 @@ fn group(key: &str, file: &RobotFile) -> Checked<Vec<RobotPlan>> {
     }
     let model = Arc::new(model);
     let tag_readers = tags::readers(key, file, &link)?;
-    let navigator = Arc::new(mind::mind(key, file, &model, tag_readers.as_ref())?);
+    let lasers = lasers::lasers(key, file, &model, &link)?;
+    let mounts = lasers::mounts(&lasers);
+    let navigator = Arc::new(mind::mind(key, file, &model, tag_readers.as_ref(), mounts)?);
     let path = mind::path(key, &file.mind.how)?;
     let via = mind::via(key, &file.mind)?;
-    let lasers = lasers::lasers(key, file, &model, &link)?;
     let one = |n: usize| {
         let (column, row) = (n % file.row_length, n / file.row_length);
         let shift = Vec2::new(column as f64 * file.spacing_m[0], row as f64 * file.spacing_m[1]);
