@@ -131,7 +131,11 @@ mod tests {
         let beam = |k: u32| ScanBeam {
             bearing_rad: 0.01 * f64::from(k),
             after_s: 0.0,
-            sight: if k % 2 == 0 { BeamSight::Surface(f64::from(k)) } else { BeamSight::Unseen },
+            sight: if k.is_multiple_of(2) {
+                BeamSight::Surface(f64::from(k))
+            } else {
+                BeamSight::Unseen
+            },
             strength_ratio: 0.0,
         };
         PlanarScan {
