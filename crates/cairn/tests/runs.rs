@@ -202,7 +202,7 @@ fn the_words_of_a_key_are_printed_with_what_they_are() {
     assert_eq!(place.cairn("config how.method").fine().out, words);
     let rows: Vec<Vec<&str>> = words.lines().map(|row| row.split_whitespace().collect()).collect();
     let first: Vec<&str> = rows.iter().map(|row| row[1]).collect();
-    assert_eq!(first, ["trail", "straight", "path", "tags"], "{words}");
+    assert_eq!(first, ["trail", "straight", "path", "tags", "map"], "{words}");
     assert!(rows.iter().all(|row| row[0] == "robots.mind.how.method" && row.len() > 3), "{words}");
     // Three lines, the words of each.
     assert_eq!(place.cairn("config line.kind").fine().out.lines().count(), 4 + 2 + 2);

@@ -17,7 +17,7 @@ pub struct FilterConfig {
     pub n_independent: f64,
     /// Largest error of the particles' distribution that their number is chosen for, as a Kullback–Leibler distance, from
     /// 0.001 to 1; it is kept with a probability of 99 %.
-    pub kld_max_nats: f64,
+    pub kld_max_ratio: f64,
     /// How quickly the two averages of agreement follow, per correction, from 0 to 1: when the quick one falls below the
     /// slow one, random particles are mixed in.
     pub recovery: [f64; 2],
@@ -40,7 +40,7 @@ impl Default for FilterConfig {
             },
             noise: OdometryNoise { left_std_ratio: 0.02, right_std_ratio: 0.02 },
             n_independent: 6.0,
-            kld_max_nats: 0.02,
+            kld_max_ratio: 0.02,
             recovery: [0.02, 0.3],
             surprise_m: 0.4,
         }
@@ -73,7 +73,7 @@ impl FilterConfig {
             ("noise.left_std_ratio", self.noise.left_std_ratio, 0.0, 1.0, "from 0 to 1"),
             ("noise.right_std_ratio", self.noise.right_std_ratio, 0.0, 1.0, "from 0 to 1"),
             ("n_independent", self.n_independent, 1.0, 100.0, "from 1 to 100"),
-            ("kld_max_nats", self.kld_max_nats, 0.001, 1.0, "from 0.001 to 1"),
+            ("kld_max_ratio", self.kld_max_ratio, 0.001, 1.0, "from 0.001 to 1"),
             ("recovery[0]", self.recovery[0], 0.0, 1.0, "from 0 to 1"),
             ("recovery[1]", self.recovery[1], 0.0, 1.0, "from 0 to 1"),
             ("surprise_m", self.surprise_m, 0.05, 10.0, "from 0.05 to 10 m"),

@@ -264,7 +264,7 @@ impl ParticleFilter {
             return (0, 0);
         }
         self.spread.take(self.poses.iter().copied());
-        let wanted = n_for(self.occupied_bins(), self.config.kld_max_nats);
+        let wanted = n_for(self.occupied_bins(), self.config.kld_max_ratio);
         let n = (wanted.ceil() as usize).clamp(self.config.n_min, self.config.n_max);
         let n_random = (random_ratio * n as f64) as usize;
         self.drawn.clear();

@@ -54,17 +54,17 @@ impl Spread {
     }
 }
 
-/// How many particles keep the distance of their distribution from one over `n_bins` below `kld_max_nats`, with a
+/// How many particles keep the distance of their distribution from one over `n_bins` below `kld_max_ratio`, with a
 /// probability of 99 %.
 ///
 /// Source: Fox (2003), eq. (13): the quantile of χ² by Wilson and Hilferty.
-pub(crate) fn n_for(n_bins: usize, kld_max_nats: f64) -> f64 {
+pub(crate) fn n_for(n_bins: usize, kld_max_ratio: f64) -> f64 {
     if n_bins < 2 {
         return 0.0;
     }
     let k = (n_bins - 1) as f64;
     let a = 2.0 / (9.0 * k);
-    k / (2.0 * kld_max_nats) * (1.0 - a + a.sqrt() * Z_99).powi(3)
+    k / (2.0 * kld_max_ratio) * (1.0 - a + a.sqrt() * Z_99).powi(3)
 }
 
 #[cfg(test)]

@@ -322,5 +322,5 @@ fn settings_that_do_not_hold_together_are_named() {
     let wrong = FilterConfig { n_min: 5, ..FilterConfig::default() }.checked().unwrap_err();
     assert_eq!(wrong.to_string(), "localisation.n_min = 5: must be from 10 to 1 000 000");
     assert!(FilterConfig { n_max: 20, ..FilterConfig::default() }.checked().is_err());
-    assert!(FilterConfig { kld_max_nats: f64::NAN, ..FilterConfig::default() }.checked().is_err());
+    assert!(FilterConfig { kld_max_ratio: f64::NAN, ..FilterConfig::default() }.checked().is_err());
 }

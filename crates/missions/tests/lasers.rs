@@ -46,6 +46,31 @@ fn the_shipped_missions_with_lasers_pass() {
     }
 }
 
+/// A Create 2 hears and sees nothing by itself; with a laser it drives around a box that no map knows, and without one that
+/// guard is refused.
+#[test]
+fn a_robot_that_only_has_a_laser_is_guarded_by_it() {
+    let mission = |laser: &str| {
+        format!(
+            "[mission]\nname = \"way\"\nduration_max_s = 120.0\n[[world.walls]]\nline_m = [[-1.0, -2.0], [6.0, -2.0], \
+             [6.0, 2.0], [-1.0, 2.0]]\nclosed = true\n[[robots]]\nname = \"c\"\nmodel = \"create2\"\n[robots.line]\n\
+             baud = 115200\n{laser}[robots.mind]\nhow.method = \"straight\"\nfollow.speed_mps = 0.2\n[[events]]\n\
+             at_s = 1.0\ndo = \"place_box\"\nat_m = [2.2, 0.05]\nsize_m = 0.4\n[[events]]\nat_s = 2.0\n\
+             do = \"goal\"\nrobot = \"c\"\npose = [4.5, 0.0, 0.0]\n[success]\nno_contact = true\n\
+             [[success.arrived]]\nrobot = \"c\"\npose = [4.5, 0.0, 0.0]\n"
+        )
+    };
+    for kind in ["ld06", "rplidar"] {
+        let laser = format!("[[robots.lasers]]\nname = \"head\"\nkind = \"{kind}\"\n");
+        let mission = Mission::parse("way.toml", &mission(&laser), &[]).unwrap();
+        let mut run = Run::new(mission, RunSeed(1)).unwrap();
+        let verdict = run.run_to_end();
+        assert!(verdict.passed, "{kind}: {}", verdict.text);
+    }
+    let error = Mission::parse("way.toml", &mission(""), &[]).unwrap_err().to_string();
+    assert!(error.contains("guard.method") && error.contains("a laser"), "{error}");
+}
+
 /// Each scan is the world as it was where and when its beams were fired: the true pose that stands beside it puts all
 /// surfaces onto walls of the map and boxes, whatever the laser and its line.
 #[test]

@@ -110,7 +110,7 @@ fn rings_that_cannot_be_are_refused_with_what_can() {
         (
             "ring = \"own\"\nring_at = [[-0.2, 0.0, 180.0]]".to_owned(),
             "robots[0].mind.guard.method = \"checked\" with 1 sonars, none within 60° of straight ahead: must be \
-             \"off\", \"contact\", or a ring with a sonar that looks ahead",
+             \"off\", \"contact\", a ring with a sonar that looks ahead, or for a robot without sonars a laser",
         ),
     ] {
         let said = refused(&ring);

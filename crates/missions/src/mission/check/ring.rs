@@ -96,12 +96,19 @@ fn is_at_body(place: Vec2, outline: &Polygon) -> bool {
 }
 
 /// A robot that shall avoid what is ahead must be able to hear it.
-pub(super) fn hears_ahead(key: &str, file: &GuardFile, model: &RobotModel) -> Checked<()> {
+pub(super) fn hears_ahead(
+    key: &str,
+    file: &GuardFile,
+    model: &RobotModel,
+    n_lasers: usize,
+) -> Checked<()> {
     let ahead = |mount: &SonarMount| {
         mount.base_from_sensor.se2().yaw_rad.abs().to_degrees() < AHEAD_MAX_DEG
     };
     let (off, contact) = (Avoidance::Off.key(), Avoidance::Contact.key());
-    if file.method == off || file.method == contact || model.sonars.iter().any(ahead) {
+    // A robot without sonars sees by its lasers.
+    let sees = model.sonars.is_empty() && n_lasers > 0;
+    if sees || file.method == off || file.method == contact || model.sonars.iter().any(ahead) {
         return Ok(());
     }
     let found = format!(
@@ -109,7 +116,9 @@ pub(super) fn hears_ahead(key: &str, file: &GuardFile, model: &RobotModel) -> Ch
         file.method,
         model.sonars.len()
     );
-    let allowed = format!("\"{off}\", \"{contact}\", or a ring with a sonar that looks ahead");
+    let allowed = format!(
+        "\"{off}\", \"{contact}\", a ring with a sonar that looks ahead, or for a robot without sonars a laser"
+    );
     Err(Wrong::prose(format!("{key}.mind.guard.method"), found, allowed))
 }
 

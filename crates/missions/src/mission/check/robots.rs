@@ -52,7 +52,7 @@ fn group(key: &str, file: &RobotFile) -> Checked<Vec<RobotPlan>> {
     let errors = odometry(key, &file.odometry, model.drive.wheelbase_m)?;
     let sonar = sonar(key, &file.sonar)?;
     ring::fit(key, &file.sonar, &mut model)?;
-    ring::hears_ahead(key, &file.mind.guard, &model)?;
+    ring::hears_ahead(key, &file.mind.guard, &model, file.lasers.len())?;
     let link = line(&format!("{key}.line"), &file.line, LineKind::ALL)?;
     let (here, there) = (virtual_robots::has_board(&model), drivers::has_driver(&model));
     let refused = match link {
