@@ -11,6 +11,7 @@ mod dialogue;
 pub(crate) mod error;
 mod hand;
 mod judge;
+mod known_map;
 mod limits;
 pub(crate) mod line;
 mod metrics;

@@ -71,6 +71,40 @@ fn a_robot_that_only_has_a_laser_is_guarded_by_it() {
     assert!(error.contains("guard.method") && error.contains("a laser"), "{error}");
 }
 
+/// Wheels that are not as the robot's file says lead it astray; particles on the map keep it where it is.
+#[test]
+fn particles_on_the_map_correct_what_the_wheels_get_wrong() {
+    let errors = "robots.odometry={left_diameter_ratio=1.006, right_diameter_ratio=0.994, slip_std_ratio=0.01}";
+    let off_m = |method: &str, seed: u64| {
+        let method = format!("robots.mind.where_am_i.method={method}");
+        let mut run = run("laser-ward", &[errors, &method], seed);
+        let (mut sum, mut n, mut most) = (0.0, 0.0, 0.0_f64);
+        while run.finished().is_none() {
+            run.step();
+            let robot = &run.view_of_first(1).robots[0];
+            let off_m =
+                (robot.truth.x_m - robot.estimate.x_m).hypot(robot.truth.y_m - robot.estimate.y_m);
+            most = most.max(off_m);
+            sum += off_m * off_m;
+            n += 1.0;
+        }
+        let passed = run.finished().unwrap().passed;
+        (passed, (sum / n).sqrt(), most)
+    };
+    for seed in 1..4 {
+        let (_, wheels_m, _) = off_m("dead_reckoning", seed);
+        let (passed, rms_m, most_m) = off_m("particles", seed);
+        println!(
+            "seed {seed}: by wheels {wheels_m:.3} m rms, with particles {rms_m:.3} m, at most {most_m:.3} m"
+        );
+        assert!(passed && rms_m < 0.08 && most_m < 0.25, "{seed}: {rms_m} {most_m}");
+        assert!(wheels_m > 4.0 * rms_m, "{seed}: {wheels_m} {rms_m}");
+    }
+    let error =
+        Mission::load("one-obstacle", &["robots.mind.where_am_i.method=particles".to_owned()]);
+    assert!(error.unwrap_err().to_string().contains("[[robots.lasers]]"));
+}
+
 /// Each scan is the world as it was where and when its beams were fired: the true pose that stands beside it puts all
 /// surfaces onto walls of the map and boxes, whatever the laser and its line.
 #[test]

@@ -241,7 +241,7 @@ fn files_that_are_not_there_are_named() {
         ]],
     );
     let absent = Mission::load("no/such/mission.toml", &[]).unwrap_err().to_string();
-    expect!["no mission is called `no/such/mission.toml` and no such file exists; shipped missions: doorbell, doorbell-answered, trail-45deg, trail-corner, trail-junctions, tag-trail, path-slalom, one-obstacle, intermediate-goals, decision-rig, errands, night-watch, swarm, link-cut, server-lost, ward-call, ward-rounds, workshop, laser-ward, create-errand, create-scan, artemic-e1, artemic-e2, artemic-e3, artemic-e4"].assert_eq(&absent);
+    expect!["no mission is called `no/such/mission.toml` and no such file exists; shipped missions: doorbell, doorbell-answered, trail-45deg, trail-corner, trail-junctions, tag-trail, path-slalom, one-obstacle, intermediate-goals, decision-rig, errands, night-watch, swarm, link-cut, server-lost, ward-call, ward-rounds, go-anywhere, workshop, laser-ward, create-errand, create-scan, artemic-e1, artemic-e2, artemic-e3, artemic-e4"].assert_eq(&absent);
 }
 
 #[test]

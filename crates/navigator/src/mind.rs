@@ -5,6 +5,7 @@ mod steps;
 use std::time::Duration;
 
 use geometry::{Base, Map, Odom, Transform2, Vec2};
+use localisation::ParticleFilter;
 use messages::{
     Command, FailureReason, LinkState, Observation, Observations, Order, Report, Scan, Sensed,
     Smell,
@@ -87,6 +88,11 @@ impl Navigator {
     /// The map that the planning method finds its ways on.
     pub fn set_map(&mut self, map: MapPlanner) {
         self.route.set_map(map, self.config.settings());
+    }
+
+    /// The particles that say where the robot is, where that is the method.
+    pub fn set_particles(&mut self, filter: ParticleFilter) {
+        self.locator.set_particles(filter, &self.config.settings().lasers);
     }
 
     /// Replaces the place of the robot's dead reckoning in the map, as a localiser found it.
@@ -195,7 +201,12 @@ impl Navigator {
             return false;
         };
         let (from, range_max_m) = (observation.from, scan.range_max_m);
-        self.around.take_scan(now, &Sweep { from, beams, range_max_m, first, last })
+        let sweep = Sweep { from, beams, range_max_m, first, last };
+        let has_seen = self.around.take_scan(now, &sweep);
+        if self.locator.take_scan(&sweep) {
+            self.around.forget();
+        }
+        has_seen
     }
 
     fn take_smell(&mut self, now: Stamp, smell: Smell, commands: &mut Vec<Command>) {

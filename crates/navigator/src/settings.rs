@@ -43,8 +43,6 @@ pub struct TagSettings {
     pub readers_in_base: Vec<Vec2>,
     /// The antennas and the fuzzy law; its greatest wheel speed is that of the navigator.
     pub follower: TagFollowerConfig,
-    /// Whether the coordinates that tags store correct where the robot believes to be.
-    pub corrects_pose: bool,
 }
 
 impl Default for TagSettings {
@@ -55,7 +53,6 @@ impl Default for TagSettings {
             controller: TagController::default(),
             readers_in_base: vec![Vec2::new(0.18, 0.125), Vec2::new(0.18, -0.125)],
             follower: TagFollowerConfig::default(),
-            corrects_pose: true,
         }
     }
 }
@@ -92,11 +89,14 @@ pub enum PoseMethod {
     /// The wheels, and the coordinates that tags in the floor store, where readers read any.
     #[default]
     TagFixes,
+    /// The wheels, and where the beams of its lasers end on the map given by `Navigator::set_particles` (extension).
+    Particles,
 }
 
 settings::choices!(PoseMethod {
     DeadReckoning = "dead_reckoning": "what its wheels roll, and nothing else",
     TagFixes = "tag_fixes": "the same, corrected by the coordinates that tags in the floor store, if it reads any",
+    Particles = "particles": "particles on the map of its world, weighed by where the beams of its lasers end",
 });
 
 /// What is done about obstacles.
@@ -164,6 +164,8 @@ pub struct NavigatorSettings {
     pub trail_fuzzy: FuzzyConfig,
     /// Constants and rules of the law in whole numbers.
     pub trail_listing: ListingConfig,
+    /// What says where the robot is.
+    pub pose_method: PoseMethod,
     /// How a trail of tags is followed.
     pub tags: TagSettings,
     /// Law on a given path.
@@ -286,11 +288,6 @@ impl NavigatorSettings {
         }
     }
 
-    /// What corrects where the robot believes to be.
-    pub(crate) fn where_am_i(&self) -> PoseMethod {
-        if self.tags.corrects_pose { PoseMethod::TagFixes } else { PoseMethod::DeadReckoning }
-    }
-
     /// No wheel is asked for more: H is 1.5 times the cruising speed, and the robot has its limit, m/s.
     pub(crate) fn wheel_speed_max_mps(&self) -> f64 {
         (WHEEL_SPEED_MAX_RATIO * self.speed_mps).min(self.speed_max_mps)
@@ -306,6 +303,7 @@ impl Default for NavigatorSettings {
             trail_controller: TrailController::default(),
             trail_fuzzy: FuzzyConfig::default(),
             trail_listing: ListingConfig::default(),
+            pose_method: PoseMethod::default(),
             tags: TagSettings::default(),
             path_controller: PathController::default(),
             avoidance: Avoidance::default(),

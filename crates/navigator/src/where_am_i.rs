@@ -2,20 +2,24 @@
 //!
 //! Takes odometry and fixes, gives a [`PoseEstimate`]. A method is a file below and a line in `Method`.
 
+mod particles;
 mod stillness;
 mod tag_fixes;
 mod track;
 
 use geometry::{Base, Map, Odom, Se2, Transform2, Vec2, wrap_to_pi};
+use localisation::{Health, ParticleFilter};
 use messages::{OdometryReading, TagRead};
 use robot_models::{BodyVelocity, DriveGeometry, OdometryNoise, PoseCovariance};
 use run_context::Stamp;
 
 use crate::{
+    around::Sweep,
     says::Sentence,
-    settings::{NavigatorSettings, PoseMethod},
+    settings::{LaserMount, NavigatorSettings, PoseMethod},
     values::{PoseEstimate, PoseHealth, Rest},
 };
+use particles::Particles;
 use stillness::Stillness;
 use tag_fixes::TagFixes;
 use track::Track;
@@ -35,7 +39,12 @@ const STRAIGHT_RAD: f64 = 0.12;
 #[derive(Clone, Debug)]
 enum Method {
     DeadReckoning,
-    TagFixes { fixes: Box<TagFixes>, readers_in_base: Vec<Vec2> },
+    TagFixes {
+        fixes: Box<TagFixes>,
+        readers_in_base: Vec<Vec2>,
+    },
+    /// Nothing until there is a map.
+    Particles(Option<Box<Particles>>),
 }
 
 /// The part; see the module.
@@ -54,12 +63,13 @@ pub(crate) struct Locator {
 
 impl Locator {
     pub(crate) fn new(s: &NavigatorSettings) -> Self {
-        let method = match s.where_am_i() {
+        let method = match s.pose_method {
             PoseMethod::DeadReckoning => Method::DeadReckoning,
             PoseMethod::TagFixes => Method::TagFixes {
                 fixes: Box::new(TagFixes::new()),
                 readers_in_base: s.tags.readers_in_base.clone(),
             },
+            PoseMethod::Particles => Method::Particles(None),
         };
         let estimate = PoseEstimate {
             pose: Se2::IDENTITY,
@@ -106,6 +116,7 @@ impl Locator {
         let by = match self.method {
             Method::DeadReckoning => "its wheels alone",
             Method::TagFixes { .. } => "its wheels and the tags it reads",
+            Method::Particles(_) => "particles on its map, weighed by its lasers",
         };
         let within_m = self.estimate.covariance.ellipse(1.0).semi_major_m;
         let at = Sentence::At { by, within_m, health: self.estimate.health };
@@ -163,6 +174,35 @@ impl Locator {
             return Some(seen.pose_now(time));
         }
         self.track.at(time).map(|odom_from_base| seen.map_from_odom.se2().compose(odom_from_base))
+    }
+
+    /// The particles of the method of that name; the others need none.
+    pub(crate) fn set_particles(&mut self, filter: ParticleFilter, lasers: &[LaserMount]) {
+        if let Method::Particles(particles) = &mut self.method {
+            *particles = Some(Box::new(Particles::new(filter, lasers)));
+        }
+    }
+
+    /// A laser has scanned; whether the robot was moved so far in the map that what is around it must be forgotten.
+    pub(crate) fn take_scan(&mut self, sweep: &Sweep<'_>) -> bool {
+        let Method::Particles(Some(particles)) = &mut self.method else { return false };
+        let seen = &mut self.estimate;
+        let odom_from_map = seen.map_from_odom.se2().inverse();
+        let odom_from_scan = odom_from_map.compose(sweep.last);
+        let Some(found) = particles.take(odom_from_scan, sweep) else { return false };
+        seen.health = match found.health {
+            Health::Sure => PoseHealth::Sure,
+            Health::Unsure => PoseHealth::Unsure,
+            Health::Lost => PoseHealth::Lost,
+        };
+        let before = seen.position();
+        let map_from_odom = found.map_from_base.se2().compose(odom_from_scan.inverse());
+        seen.map_from_odom = Transform2::new(map_from_odom);
+        seen.covariance = found.covariance;
+        if let Some(odom_from_base) = self.odom_from_base {
+            seen.pose = (seen.map_from_odom * odom_from_base).se2();
+        }
+        (seen.position() - before).norm() > JUMP_M
     }
 
     /// A reader has read a tag; whether the robot was moved so far in the map that what is around it must be

@@ -56,6 +56,7 @@ pub(crate) const MISSIONS: &[ShippedMission] = shipped![
     "server-lost",
     "ward-call",
     "ward-rounds",
+    "go-anywhere",
     "workshop",
     "laser-ward",
     "create-errand",

@@ -6,7 +6,6 @@ use decision::MoveReport;
 use geometry::Transform2;
 use messages::{BaseState, Command, FailureReason};
 use navigator::{Method, Navigator, NavigatorView, Phase};
-use path_planning::MapPlanner;
 use robot_models::{RobotModel, WheelSpeeds};
 use run_context::{RunSeed, Stamp, StateHash};
 use simulator::{BodyId, World};
@@ -15,6 +14,7 @@ use super::{
     dialogue::Dialogue,
     error::RunError,
     hand::Hand,
+    known_map,
     line::{Around, Line, Scratch, Traffic},
     orders::{OrderBy, Orders},
     ring_log::RingLog,
@@ -28,7 +28,6 @@ use super::{
 use crate::{
     asked::Asked,
     cut::{Direction, Line as Which},
-    floor::Floor,
     mission::Mission,
     node::{desk::GroundOrder, wiring},
     sensing::step::SensedStep,
@@ -77,13 +76,8 @@ impl Vehicle {
         }
         navigator.set_intermediate_goals(plan.via.clone());
         let plans = plan.navigator.settings().method == Method::Map;
-        if plans {
-            let refused =
-                |problem: String| RunError::Settings { robot: plan.name.clone(), problem };
-            let floor = Floor::of_mission(mission, None).map_err(|e| refused(e.to_string()))?;
-            let map = MapPlanner::new(&floor.solid, floor.cell_m, floor.world_from_floor);
-            navigator.set_map(map.ok_or_else(|| refused("the map has no cells".to_owned()))?);
-        }
+        known_map::give(&mut navigator, mission, plan, seed)
+            .map_err(|problem| RunError::Settings { robot: plan.name.clone(), problem })?;
         Ok(Self {
             name: plan.name.clone(),
             body,

@@ -1,7 +1,7 @@
 //! Checks of `[robots.mind]`.
 
 use geometry::Vec2;
-use navigator::{Avoidance, LaserMount, Method, NavigatorConfig, NavigatorSettings};
+use navigator::{Avoidance, LaserMount, Method, NavigatorConfig, NavigatorSettings, PoseMethod};
 use obstacle_avoidance::Variant;
 use path_following::{Path, PathController, TrailController};
 use robot_models::RobotModel;
@@ -50,6 +50,7 @@ pub(super) fn mind(
         trail_fuzzy,
         trail_listing,
         method,
+        pose_method: pose_method(&at("where_am_i.method"), &file.where_am_i.method, &lasers)?,
         tags: tags::following(key, robot, readers)?,
         path_controller: chosen::<PathController>(&at("follow.path_law"), &follow.path_law)?,
         trail_controller: chosen::<TrailController>(&at("follow.trail_law"), &follow.trail_law)?,
@@ -89,6 +90,16 @@ fn watchdog_s(robot: &RobotFile, model: &RobotModel) -> f64 {
     }
     let watchdog = model.line.as_ref().and_then(|line| line.watchdog);
     watchdog.map_or(UNWATCHED_S, |watchdog| watchdog.as_secs_f64().min(WATCHDOG_MAX_S))
+}
+
+/// What says where the robot is; particles are weighed by lasers.
+fn pose_method(key: &str, word: &str, lasers: &[LaserMount]) -> Checked<PoseMethod> {
+    let method: PoseMethod = chosen(key, word)?;
+    if method == PoseMethod::Particles && lasers.is_empty() {
+        let allowed = "another method, or a robot with [[robots.lasers]]: particles are weighed by what a laser sees";
+        return Err(Wrong::new(key, word, allowed));
+    }
+    Ok(method)
 }
 
 fn control_period_ms(key: &str, file: &MindFile, method: Method) -> Checked<u32> {

@@ -1,7 +1,7 @@
 //! Checks of `[tags]`, `[robots.tag_readers]` and `[robots.mind.follow.tags]`.
 
 use geometry::Vec2;
-use navigator::{Method, N_TAG_READERS_MAX, PoseMethod, TagController, TagSettings};
+use navigator::{Method, N_TAG_READERS_MAX, TagController, TagSettings};
 use path_following::{TagFollowerConfig, fuzzy::FuzzyConfig};
 use sensor_models::TagReaderModel;
 use settings::Choice as _;
@@ -157,15 +157,12 @@ pub(super) fn following(
         ..TagFollowerConfig::default()
     };
     let controller = law(key, robot)?;
-    let where_am_i = &robot.mind.where_am_i.method;
-    let pose_method: PoseMethod = chosen(&format!("{key}.mind.where_am_i.method"), where_am_i)?;
-    let corrects_pose = pose_method == PoseMethod::TagFixes;
     Ok(match readers {
         Some(readers) if readers.in_base.len() == 2 || controller == TagController::LookAhead => {
             let readers_in_base = readers.in_base.clone();
-            TagSettings { controller, readers_in_base, follower, corrects_pose }
+            TagSettings { controller, readers_in_base, follower }
         }
         // Without readers, or with fewer than the law wants, it does not follow tags.
-        _ => TagSettings { follower, corrects_pose, ..TagSettings::default() },
+        _ => TagSettings { follower, ..TagSettings::default() },
     })
 }
