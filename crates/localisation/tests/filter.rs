@@ -142,18 +142,18 @@ impl Drive {
         filter: &mut ParticleFilter,
         world: &SegmentWorld,
         people: usize,
-    ) -> (Estimate, f64, f64) {
+    ) -> (Estimate, f64, f64, usize) {
         let moved = self.step();
         filter.predict(moved);
         // Somebody walks around and hides some beams on one side.
         let first = (self.way_m * 7.0) as usize % 60;
         let hidden = |k: usize| (k + 60 - first) % 60 < people;
         let ends = scan(world, self.truth, 60, &mut self.rng, hidden);
-        filter.correct(&ends);
+        let n_left_out = filter.correct(&ends).n_left_out;
         let estimate = filter.estimate();
         let found = estimate.map_from_base.se2();
         let off_m = (found.position() - self.truth.position()).norm();
-        (estimate, off_m, wrap_to_pi(found.yaw_rad - self.truth.yaw_rad).abs())
+        (estimate, off_m, wrap_to_pi(found.yaw_rad - self.truth.yaw_rad).abs(), n_left_out)
     }
 }
 
@@ -234,9 +234,11 @@ fn a_robot_that_knows_where_it_began_is_followed_also_among_people() {
             let start = drive.truth;
             let mut filter =
                 ParticleFilter::at(config(), Arc::clone(&field), rng, start, [0.05, 0.02]).unwrap();
-            let (mut sum, mut n_sure) = (0.0, 0);
+            let (mut sum, mut n_sure, mut n_all_left_out) = (0.0, 0, 0);
             for k in 0..300 {
-                let (estimate, off_m, off_rad) = drive.drive(&mut filter, &world, people);
+                let (estimate, off_m, off_rad, n_left_out) =
+                    drive.drive(&mut filter, &world, people);
+                n_all_left_out += n_left_out;
                 assert!(
                     off_m < 0.3 && off_rad < 0.15,
                     "{people} {seed} {k}: {off_m} m {off_rad} rad"
@@ -249,6 +251,10 @@ fn a_robot_that_knows_where_it_began_is_followed_also_among_people() {
             let least = if people > 0 { 150 } else { 250 };
             assert!(n_sure > least, "{people} {seed}: sure in {n_sure} of 300");
             assert!(filter.particles().count() < 3000);
+            // Beams that end on people are left out as long as it is sure, and hardly any others.
+            let per_scan = n_all_left_out as f64 / 300.0;
+            let expected = if people > 0 { 5.0..19.0 } else { 0.0..1.0 };
+            assert!(expected.contains(&per_scan), "{people} {seed}: {per_scan}");
         }
     }
 }
@@ -266,7 +272,7 @@ fn a_robot_that_knows_nothing_finds_itself_and_one_that_was_carried_away_too() {
         let mut off = f64::INFINITY;
         let mut follow = |filter: &mut ParticleFilter, drive: &mut Drive, n: usize| {
             for _ in 0..n {
-                let (estimate, off_m, _) = drive.drive(filter, &world, 6);
+                let (estimate, off_m, ..) = drive.drive(filter, &world, 6);
                 off = off_m;
                 n_false += u32::from(estimate.health == Health::Sure && off_m > 0.5);
             }

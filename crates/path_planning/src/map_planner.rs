@@ -5,8 +5,9 @@ use grid_maps::{Cell, CellBox, SolidCells, Window, squared_distances};
 
 use crate::{Budget, FreeFloor, GridMethod, GridOutcome, GridSearch};
 
-/// Room besides the robot's own radius that a way keeps if it can, metres; the widest first.
-const ROOMS_M: [f64; 3] = [0.15, 0.06, 0.01];
+/// Room besides the robot's own radius that a way keeps if it can, metres, the widest first; and how much longer a metre of
+/// such a way counts: a narrow one must be shorter to be worth it.
+const ROOMS: [(f64, f64); 3] = [(0.15, 1.0), (0.06, 1.2), (0.01, 1.4)];
 
 /// A robot that stands nearer to something solid than its radius sets out to a free cell at most so far away, metres.
 const STEP_OUT_M: f64 = 0.8;
@@ -67,8 +68,8 @@ impl MapPlanner {
         Some(Self { squared, cell_m, map_from_cells, cells_from_map, search })
     }
 
-    /// A way from one place (m, map) to another for a disc of `radius_m`. It keeps 15 cm more room than that if it can,
-    /// else less. `obstacles` are points (m, map) that the map does not know; to them it keeps its radius. Equal calls give
+    /// A way from one place (m, map) to another for a disc of `radius_m`. It keeps 15 cm more room than that if it can and
+    /// that is not much longer, else less. `obstacles` are points (m, map) that the map does not know; to them it keeps its radius. Equal calls give
     /// equal ways. O(cells + obstacles).
     ///
     /// # Errors
@@ -83,7 +84,8 @@ impl MapPlanner {
     ) -> Result<MapWay, NoWay> {
         let [start, goal] = [self.cell_of(from), self.cell_of(to)];
         let mut why = NoWay::GoalBlocked;
-        for room_m in ROOMS_M {
+        let mut best: Option<(f64, MapWay)> = None;
+        for (room_m, weight) in ROOMS {
             let Some(mut floor) = self.floor(radius_m + room_m) else { break };
             for &obstacle in obstacles {
                 floor.block_disc(self.cell_of(obstacle), radius_m / self.cell_m);
@@ -99,10 +101,13 @@ impl MapPlanner {
             why = NoWay::NotConnected;
             if let Some(turns) = self.find(set_out, goal) {
                 let corners = self.corners(from, to, set_out == start, &turns);
-                return Ok(MapWay { corners, room_m });
+                let length_m: f64 = corners.windows(2).map(|ends| (ends[1] - ends[0]).norm()).sum();
+                if best.as_ref().is_none_or(|(least, _)| weight * length_m < *least) {
+                    best = Some((weight * length_m, MapWay { corners, room_m }));
+                }
             }
         }
-        Err(why)
+        best.map(|(_, way)| way).ok_or(why)
     }
 
     fn find(&mut self, start: Cell, goal: Cell) -> Option<Vec<Cell>> {
