@@ -4,7 +4,7 @@ use std::io::{IsTerminal as _, Write as _};
 
 use clap::ValueEnum;
 use indicatif::ProgressBar;
-use missions::{LogItem, Summary, Verdict};
+use missions::{LogItem, Run, Summary, Verdict};
 use serde_json::{Map, Value, json};
 
 /// Prints a line on standard output; see [`write_out`].
@@ -55,6 +55,28 @@ pub(crate) fn write_out(text: std::fmt::Arguments<'_>) {
 pub(crate) fn note(text: std::fmt::Arguments<'_>) {
     let mut out = std::io::stdout().lock();
     let _nobody_listens = writeln!(out, "{text}").and_then(|()| out.flush());
+}
+
+/// Robots whose minds are printed at most.
+const N_MINDS_MAX: usize = 5;
+/// Parts of a mind.
+const N_PARTS: usize = 7;
+
+/// Tells what each part of the first robots' minds says that it is about, on standard error as events are.
+pub(crate) fn minds(run: &Run) {
+    for (robot, part, sentence) in run.minds().take(N_MINDS_MAX * N_PARTS) {
+        complain!("{robot}, {part}: {sentence}");
+    }
+}
+
+/// The same of all robots, by robot and part.
+pub(crate) fn minds_json(run: &Run) -> Value {
+    let mut minds = Map::new();
+    for (robot, part, sentence) in run.minds() {
+        let mind = minds.entry(robot).or_insert_with(|| json!({}));
+        mind[part] = sentence.into();
+    }
+    minds.into()
 }
 
 /// How results are printed.

@@ -59,7 +59,8 @@ pub(crate) struct Args {
     /// How a headless run prints its end
     #[arg(long, value_enum, default_value_t, requires = "headless")]
     format: Format,
-    /// Prints every event of a headless run as it happens, on standard error; with JSON also as `events`
+    /// Prints every event of a headless run as it happens, and at its end what each part of each mind says, on standard
+    /// error; with JSON also as `events` and `minds`
     #[arg(short, long, requires = "headless")]
     verbose: bool,
     /// Prints nothing but errors: the exit code says how a headless run ended
@@ -155,6 +156,9 @@ fn headless(
         let said = run.drain_log();
         said.iter().for_each(output::event);
         events.extend(said);
+        if args.format == Format::Text {
+            output::minds(&run);
+        }
     }
     match args.format {
         _ if args.quiet => {}
@@ -163,6 +167,7 @@ fn headless(
             let mut object = output::summary_json(&summary);
             if args.verbose {
                 object["events"] = events.iter().map(output::event_json).collect();
+                object["minds"] = output::minds_json(&run);
             }
             say!("{object}");
         }

@@ -245,3 +245,16 @@ fn experiments_are_listed_and_repeat_their_tables_on_any_number_of_threads() {
     assert_eq!(place.read("one/corner.svg"), place.read("two/corner.svg"));
     assert!(alone.contains("![") && alone.contains("| reported by the document |"), "{alone}");
 }
+
+#[test]
+fn each_part_of_a_mind_says_a_sentence() {
+    let place = Place::new();
+    let told = place.cairn("run one-obstacle --headless --verbose").fine().err;
+    for part in ["where am I", "around", "where to", "how", "follow", "guard", "health"] {
+        let line = told.lines().find(|line| line.contains(&format!(", {part}: ")));
+        assert!(line.is_some_and(|line| line.len() > part.len() + 12), "{part}: {told}");
+    }
+    let json = place.cairn("run one-obstacle --headless --verbose --format json").fine().json();
+    let minds = json["minds"].as_object().unwrap();
+    assert!(minds.values().all(|mind| mind.as_object().unwrap().len() == 7), "{minds:?}");
+}

@@ -328,6 +328,14 @@ impl Run {
         &self.interventions
     }
 
+    /// What each part of each robot's mind says that it is about, in order: the robot, the part, a sentence.
+    pub fn minds(&self) -> impl Iterator<Item = (&str, &'static str, String)> {
+        self.vehicles.iter().flat_map(|vehicle| {
+            let parts = vehicle.navigator().says().parts();
+            parts.map(|(part, sentence)| (vehicle.name.as_str(), part, sentence.to_string()))
+        })
+    }
+
     /// Every robot in brief, in order. Does not allocate.
     pub fn poses(&self) -> impl Iterator<Item = ViewPose> {
         self.vehicles.iter().map(|vehicle| {

@@ -105,6 +105,21 @@ fn particles_on_the_map_correct_what_the_wheels_get_wrong() {
     assert!(error.unwrap_err().to_string().contains("[[robots.lasers]]"));
 }
 
+/// A robot whose wheels are so far off that particles cannot follow says that it does not know where it is.
+#[test]
+fn a_robot_that_does_not_know_where_it_is_says_so() {
+    let told = |errors: &str| {
+        let method = "robots.mind.where_am_i.method=particles";
+        let mut run = run("laser-ward", &[errors, method, "mission.duration_max_s=90"], 1);
+        run.run_to_end();
+        said(&mut run, "where it is")
+    };
+    let doubts = told("robots.odometry={left_diameter_ratio=1.25, right_diameter_ratio=0.8}");
+    assert!(doubts.iter().any(|(level, _)| *level != LogLevel::Info), "{doubts:?}");
+    let doubts = told("robots.odometry={left_diameter_ratio=1.0}");
+    assert!(doubts.iter().all(|(level, _)| *level != LogLevel::Bad), "{doubts:?}");
+}
+
 /// Each scan is the world as it was where and when its beams were fired: the true pose that stands beside it puts all
 /// surfaces onto walls of the map and boxes, whatever the laser and its line.
 #[test]

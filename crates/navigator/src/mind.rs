@@ -25,7 +25,7 @@ use crate::{
     how::Route,
     phase::Phase,
     says::Says,
-    values::{Situation, Way},
+    values::{PoseHealth, Situation, Way},
     view::NavigatorView,
     where_am_i::Locator,
     where_to::Task,
@@ -461,6 +461,11 @@ impl Navigator {
             n_echoes: self.around.echoes().len(),
             n_attempts: self.guard.n_attempts(),
         }
+    }
+
+    /// How far it relies on where it believes to be.
+    pub fn pose_health(&self) -> PoseHealth {
+        self.locator.estimate().health
     }
 
     /// What each of its parts says that it is about, and why; written out only when shown.

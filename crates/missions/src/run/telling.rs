@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use geometry::Se2;
 use messages::{LinkState, Sensed};
-use navigator::{Navigator, Phase};
+use navigator::{Navigator, Phase, PoseHealth};
 
 use super::words;
 use crate::view::LogLevel;
@@ -17,6 +17,7 @@ pub(super) struct Telling {
     has_path: bool,
     last_phase: Phase,
     last_goal: Option<Se2>,
+    last_health: PoseHealth,
     /// Its driver has lost it and not found it again.
     is_lost: bool,
     news: VecDeque<(LogLevel, String)>,
@@ -29,6 +30,7 @@ impl Telling {
             has_path,
             last_phase: Phase::Idle,
             last_goal: None,
+            last_health: PoseHealth::Sure,
             is_lost: false,
             news: VecDeque::new(),
         }
@@ -49,8 +51,13 @@ impl Telling {
         self.news.push_back((level, format!("{}{text}", self.name)));
     }
 
-    /// Puts a change of phase into words.
+    /// Puts a change of phase into words, and of how far the robot relies on where it believes to be.
     pub(super) fn phase(&mut self, navigator: &Navigator) {
+        let health = navigator.pose_health();
+        if std::mem::replace(&mut self.last_health, health) != health {
+            let (level, text) = health_news(health);
+            self.push(level, &format!(": {text}"));
+        }
         let phase = navigator.phase();
         let view = navigator.view();
         let goal = view.goal_in_map.map(|goal| goal.se2());
@@ -81,6 +88,18 @@ impl Telling {
 
     pub(super) fn has_path(&self) -> bool {
         self.has_path
+    }
+}
+
+fn health_news(health: PoseHealth) -> (LogLevel, &'static str) {
+    match health {
+        PoseHealth::Sure => (LogLevel::Info, "is sure where it is"),
+        PoseHealth::Unsure => (LogLevel::Warn, "is not sure where it is on its map, and goes on"),
+        PoseHealth::Lost => {
+            let text = "is lost: what it sees does not fit its map where it believes to be; it goes on: stop it, or put it \
+                        where it should be";
+            (LogLevel::Bad, text)
+        }
     }
 }
 
