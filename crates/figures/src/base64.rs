@@ -5,7 +5,7 @@ const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwx
 /// Base 64 with padding.
 ///
 /// Source: Josefsson (2006), RFC 4648, section 4.
-pub(crate) fn encode(bytes: &[u8]) -> String {
+pub fn base64(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for chunk in bytes.chunks(3) {
         let byte = |i: usize| chunk.get(i).copied().map_or(0, u32::from);
@@ -39,8 +39,8 @@ mod tests {
             ("foobar", "Zm9vYmFy"),
         ];
         for (plain, coded) in published {
-            assert_eq!(encode(plain.as_bytes()), coded);
+            assert_eq!(base64(plain.as_bytes()), coded);
         }
-        assert_eq!(encode(&[0xFB, 0xFF, 0xFE]), "+//+");
+        assert_eq!(base64(&[0xFB, 0xFF, 0xFE]), "+//+");
     }
 }

@@ -306,7 +306,7 @@ fn lay_under(svg: &mut String, picture: &Picture, [(left, top), (right, bottom)]
          preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" \
          href=\"data:image/png;base64,"
     );
-    let _infallible = writeln!(image, "{}\"/>", base64::encode(&picture.png));
+    let _infallible = writeln!(image, "{}\"/>", base64::base64(&picture.png));
     // The ground is the first thing drawn: a rectangle that is closed by the first `/>`.
     let ground = svg.find("/>").map_or(0, |at| at + 2);
     svg.insert_str(ground, &image);

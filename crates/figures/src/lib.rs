@@ -19,5 +19,6 @@ mod base64;
 mod chart;
 mod report;
 
+pub use base64::base64;
 pub use chart::{Axes, FigureError, Floor, Line, Mark, Picture, floor, lines};
 pub use report::{Figure, Report, Section, Table};
