@@ -120,6 +120,27 @@ fn a_robot_that_does_not_know_where_it_is_says_so() {
     assert!(doubts.iter().all(|(level, _)| *level != LogLevel::Bad), "{doubts:?}");
 }
 
+/// In closed rooms no way is free without end: a beam that got lost is shown as unseen.
+#[test]
+fn lost_beams_are_not_shown_as_free() {
+    for kind in ["ld06", "rplidar"] {
+        let mut run = run("create-scan", &[&format!("robots.lasers.kind={kind}")], 1);
+        let (mut n_seen, mut n_unseen) = (0, 0);
+        for _ in 0..300 {
+            steps(&mut run, 10);
+            for scan in &run.view().robots[0].scans {
+                assert!(scan.ranges_m.iter().all(|range_m| *range_m != ViewScan::FREE), "{kind}");
+                n_seen += scan.ranges_m.len();
+                n_unseen += scan.ranges_m.iter().filter(|r| **r == ViewScan::UNSEEN).count();
+            }
+        }
+        assert!(
+            n_seen > 10_000 && n_unseen > 0 && n_unseen < n_seen / 5,
+            "{kind} {n_unseen} of {n_seen}"
+        );
+    }
+}
+
 /// Each scan is the world as it was where and when its beams were fired: the true pose that stands beside it puts all
 /// surfaces onto walls of the map and boxes, whatever the laser and its line.
 #[test]

@@ -175,8 +175,9 @@ impl ScanLog {
             // mappers take neither for free.
             (row.ranges_m[place], shown[place]) = match beam.sight {
                 BeamSight::Surface(range_m) => (range_m, range_m as f32),
-                BeamSight::Beyond | BeamSight::NoReturn => (f64::INFINITY, ViewScan::FREE),
-                BeamSight::Unseen => (f64::INFINITY, ViewScan::UNSEEN),
+                BeamSight::Beyond => (f64::INFINITY, ViewScan::FREE),
+                // Glass and black things send nothing back either: shown as free, it would be more than is known.
+                BeamSight::NoReturn | BeamSight::Unseen => (f64::INFINITY, ViewScan::UNSEEN),
             };
         }
         scanner.has_scan = true;
